@@ -19,11 +19,11 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each may use those before it.
-ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "python", "foreign", "simulation/files",
+ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "python", "foreign", "live", "simulation/files",
          "recording", "simulation", "conformance", "report", "inspection", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
          "diagnosis/report", "diagnosis", "cli"]
 # What plugins may use beside the border: the graph and the simulator know them by the C border alone.
-PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "simulation/files", "simulation"}
+PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "live", "simulation/files", "simulation"}
 DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli what their commands are asked for
 FOLDERS = ["framework", "plugins", "devices", "tests"]  # of sources
 LONG_FILE_LINES = 350  # a warning: a limit makes fragments

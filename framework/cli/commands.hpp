@@ -53,6 +53,7 @@ void add_inspect(CLI::App& app, Common& common);
 void add_camera(CLI::App& app, Common& common);
 void add_pose(CLI::App& app, Common& common);
 void add_plugin(CLI::App& app, Common& common);
+void add_view(CLI::App& app, Common& common);
 void add_manual(CLI::App& app, Common& common);
 
 /// Adds `--shard I/N`.

@@ -98,11 +98,11 @@ int run_program(int argc, char** argv) {
   app.footer(
       "Exit codes: 0 done, 1 failed while running, 2 wrong usage or configuration, 130 interrupted.\n"
       "Example: tofgraph run pipelines/quickstart.yaml");
-  for (auto* const add :
-       {cli::add_run,       cli::add_check,  cli::add_explain,  cli::add_list,     cli::add_describe, cli::add_simulate,
-        cli::add_gallery,   cli::add_info,   cli::add_record,   cli::add_repair,   cli::add_pose,     cli::add_devices,
-        cli::add_calibrate, cli::add_report, cli::add_diagnose, cli::add_evaluate, cli::add_convert,  cli::add_inspect,
-        cli::add_camera,    cli::add_reduce, cli::add_merge,    cli::add_batch,    cli::add_plugin,   cli::add_manual})
+  for (auto* const add : {cli::add_run,      cli::add_check,   cli::add_explain,   cli::add_list,   cli::add_describe,
+                          cli::add_simulate, cli::add_gallery, cli::add_info,      cli::add_record, cli::add_repair,
+                          cli::add_pose,     cli::add_devices, cli::add_calibrate, cli::add_report, cli::add_diagnose,
+                          cli::add_evaluate, cli::add_convert, cli::add_inspect,   cli::add_camera, cli::add_view,
+                          cli::add_reduce,   cli::add_merge,   cli::add_batch,     cli::add_plugin, cli::add_manual})
     add(app, common);
   try {
     app.parse(argc, argv);

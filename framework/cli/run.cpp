@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/run.hpp"
 #include "cli/command_line.hpp"
+#include "cli/view.hpp"
 #include "cli/watch.hpp"
 #include "cli/written_files.hpp"
 #include "config/json_text.hpp"
@@ -141,6 +142,9 @@ void add_run(CLI::App& app, Common& common) {
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--safe", arguments->safe, "Run without plugins that did not come with the program");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
+  command->add_flag("--view", arguments->view,
+                    "Show every node in the web browser, at http://localhost:8765; other settings: --set "
+                    "live_view.port=9000 ('tofgraph describe live_view')");
   command
       ->add_option("--campaign", arguments->campaign,
                    "Run the pipeline on the captures of every condition of this campaign, with --out FOLDER")
@@ -152,11 +156,15 @@ void add_run(CLI::App& app, Common& common) {
   command->callback([arguments, &common] {
     common.command = [arguments, &common] {
       if (arguments->safe) graph::use_built_in_plugins_only();
+      if (arguments->view && !arguments->campaign.empty())
+        throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
       if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
       if (!arguments->out.empty())
         throw config::ConfigurationError(
             "--out: error: is for --campaign: write the path at the sinks of the pipeline");
-      return run_once(arguments->document(), *arguments, common);
+      config::Value document = arguments->document();
+      if (arguments->view) document = with_view(std::move(document), {}, common);
+      return run_once(document, *arguments, common);
     };
   });
 }

@@ -17,6 +17,7 @@ struct RunArguments : PipelineArguments {
   std::string campaign, out;  ///< a campaign file and the folder of its results; empty: one run
   bool force = false, validate = false;
   bool safe = false;  ///< without plugins of others
+  bool view = false;  ///< with a live view of every node
 };
 
 /// Runs a pipeline once, with everything that `tofgraph run` says and writes.

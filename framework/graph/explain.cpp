@@ -46,15 +46,6 @@ std::string folder_text(const Graph& graph) {
   return text;
 }
 
-std::string channel_text(const Channel& channel) {
-  const ChannelInfo* known = known_channel(channel.name);
-  std::string text = fmt::format("{} ({})", channel.name, channel.described());
-  if (known != nullptr) text += fmt::format(": {}", known->text);
-  if (!channel.of.empty()) text += fmt::format(", of {}", channel.of);
-  if (!channel.applied.empty()) text += "; applied so far: " + applied_text(channel.applied);
-  return text;
-}
-
 std::string parameters_text(const Node& node) {
   std::string text;
   for (const auto& [key, value] : node.values().shown().items()) {
@@ -83,6 +74,15 @@ void add_changes(std::string& text, const Node& node, const Stream* before) {
 }
 
 }  // namespace
+
+std::string channel_text(const Channel& channel) {
+  const ChannelInfo* known = known_channel(channel.name);
+  std::string text = fmt::format("{} ({})", channel.name, channel.described());
+  if (known != nullptr) text += fmt::format(": {}", known->text);
+  if (!channel.of.empty()) text += fmt::format(", of {}", channel.of);
+  if (!channel.applied.empty()) text += "; applied so far: " + applied_text(channel.applied);
+  return text;
+}
 
 std::string explain(const Graph& graph) {
   std::string text = graph.name().empty() ? "" : graph.name() + "\n";

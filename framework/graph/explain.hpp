@@ -9,6 +9,9 @@
 
 namespace tofgraph::graph {
 
+/// Meaning of a channel: shape, unit, quantity, and what was applied to it.
+std::string channel_text(const Channel& channel);
+
 /// Node by node: what it reads, changes and makes, in which unit, with which parameters and files.
 std::string explain(const Graph& graph);
 

@@ -70,6 +70,12 @@ FrameSlot* FrameQueue::release(FrameSlot* slot) {
   return following;
 }
 
+bool FrameQueue::wait_until_idle(const std::function<bool()>& stopped) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return stopped() || free_.size() == slots_.size(); });
+  return !stopped();
+}
+
 void FrameQueue::wake() {
   const std::scoped_lock lock(mutex_);
   changed_.notify_all();

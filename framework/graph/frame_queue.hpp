@@ -42,6 +42,8 @@ class FrameQueue {
   FrameSlot* submit(FrameSlot* slot);
   /// A token at the end of its way. @returns what is to go on its way in its place, or null
   FrameSlot* release(FrameSlot* slot);
+  /// Waits until no frame is under way or waits. @returns false once stopped() says so
+  bool wait_until_idle(const std::function<bool()>& stopped);
   void wake();
 
   std::uint64_t dropped() const { return dropped_.load(); }

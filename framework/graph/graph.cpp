@@ -294,8 +294,9 @@ nlohmann::json Graph::provenance(std::size_t node) const {
                       {"stage", step.stage().name},
                       {"version", step.stage().version},
                       {"library", {{"path", step.stage().file.path.string()}, {"sha256", library_hash(step.stage())}}},
-                      {"parameters", step.values().shown()},
+                      {"parameters", step.first_parameters()},
                       {"files", std::move(files)}});
+    if (!step.changes().empty()) stages.back()["changes"] = step.changes();
   }
   nlohmann::json json = {{"format", "tofgraph-provenance"},
                          {"version", 1},

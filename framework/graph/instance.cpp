@@ -114,6 +114,12 @@ void Instance::finish() {
   outputs.commit();
 }
 
+std::optional<Failure> Instance::change(const tofgraph_value* values) {
+  forget_failure();
+  const RunningCall call(*this, "change");
+  return outcome(plugin_.change(self_, values), "failed without saying why");
+}
+
 void Instance::stop() noexcept {
   if (plugin_.stop == nullptr || self_ == nullptr) return;
   forget_failure();

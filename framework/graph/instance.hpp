@@ -16,6 +16,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <shared_mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,6 +24,18 @@
 namespace tofgraph::graph {
 
 class KnownStages;
+
+/// The run of a graph as its stages may ask for it. [any thread]
+class RunControl {
+ public:
+  RunControl() = default;
+  RunControl(const RunControl&) = delete;
+  RunControl& operator=(const RunControl&) = delete;
+  virtual ~RunControl() = default;
+  virtual nlohmann::json state() const = 0;
+  /// See tofgraph_host::change_parameter. @throws std::runtime_error the reason in words
+  virtual nlohmann::json change(const std::string& node, const std::string& parameter, const std::string& value) = 0;
+};
 
 /// State shared by all instances of a run.
 struct Host {
@@ -35,6 +48,9 @@ struct Host {
   std::string plugin_path;                      ///< folders with colons between
   const KnownStages* known_stages = nullptr;    ///< for advice, while a graph is checked
   std::vector<std::filesystem::path> inputs{};  ///< files that the graph reads: no output may take their place
+
+  std::shared_mutex control_mutex{};  ///< the run below: shared while it is asked, exclusive while it comes and goes
+  RunControl* control = nullptr;
 };
 
 /// A file that shaped a result.
@@ -83,6 +99,8 @@ class Instance {
   /// @returns the call's status. @throws std::runtime_error what went wrong
   int process(std::span<tofgraph_frame* const> frames);
   void finish();  ///< @throws std::runtime_error
+  /// Live parameters take other values, between two frames. @returns why the old ones stay
+  std::optional<Failure> change(const tofgraph_value* values);
   void stop() noexcept;
 
   /// The files of the outputs, for a stage that has some: by the parameter's place.

@@ -222,6 +222,34 @@ struct HostCalls {
                ? self.provenance_.c_str()
                : "{}";
   }
+  /// Asks the run, and gives the answer or the reason to the plugin.
+  template <class Ask> static int ask_run(void* context, void (*take)(void*, const char*), void* user, Ask&& ask) {
+    std::string text;
+    bool fine = false;
+    try {
+      Host& host = instance(context).host_;
+      const std::shared_lock lock(host.control_mutex);
+      if (host.control == nullptr) throw std::runtime_error("nothing runs");
+      text = config::json_text(ask(*host.control));
+      fine = true;
+    } catch (const std::exception& error) {
+      text = error.what();
+    }
+    if (take != nullptr) take(user, text.c_str());
+    return fine ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
+  }
+
+  static int run_state(void* context, void (*take)(void* user, const char* json), void* user) {
+    return ask_run(context, take, user, [](RunControl& run) { return run.state(); });
+  }
+
+  static int change_parameter(void* context, const char* node, const char* parameter, const char* value,
+                              void (*take)(void* user, const char* text), void* user) {
+    return ask_run(context, take, user, [&](RunControl& run) {
+      return run.change(needed(node, "a node"), needed(parameter, "a parameter"), needed(value, "a value"));
+    });
+  }
+
   static const char* plugin_path(void* context) { return instance(context).host_.plugin_path.c_str(); }
 
   static int output(void* context, const char* parameter, const char* companion, std::uint64_t frame,
@@ -273,6 +301,8 @@ const tofgraph_host& host_table() {
     host.provenance = HostCalls::provenance;
     host.plugin_path = HostCalls::plugin_path;
     host.output = HostCalls::output;
+    host.run_state = HostCalls::run_state;
+    host.change_parameter = HostCalls::change_parameter;
     fill_frame_calls(host);
     return host;
   }();

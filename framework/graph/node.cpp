@@ -63,6 +63,13 @@ void Node::set_overwrite(bool allowed) {
   instance_.set_overwrite(overwrite_);
 }
 
+std::optional<Failure> Node::change(ParameterValues values) {
+  if (changes_.empty()) first_parameters_ = values_.shown();
+  auto failure = instance_.change(values.data());
+  if (!failure) values_ = std::move(values);
+  return failure;
+}
+
 bool Node::create(config::Diagnostics& diagnostics) {
   const std::optional<Failure> failure = instance_.create(values_.data());
   if (!failure || !failure->parameter.empty()) return tell(failure, diagnostics);

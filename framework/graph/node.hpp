@@ -29,6 +29,8 @@ class Node {
   /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error
   /// what went wrong, a frame that is not as announced included.
   bool process(tofgraph_frame* const* frames, std::size_t count);
+  /// Takes other values of live parameters, while no frame is in this node. @returns why the old ones stay
+  std::optional<Failure> change(ParameterValues values);
   void finish() { instance_.finish(); }  ///< @throws std::runtime_error
   void stop() { instance_.stop(); }
 
@@ -42,6 +44,10 @@ class Node {
   const config::Position at;
   const Plugin& stage() const { return instance_.plugin(); }
   const ParameterValues& values() const { return values_; }
+  /// Parameters at the start of the run, as they were written; and the changes since, with the first frame of each.
+  const nlohmann::json& first_parameters() const { return changes_.empty() ? values_.shown() : first_parameters_; }
+  const nlohmann::json& changes() const { return changes_; }
+  void add_change(nlohmann::json change) { changes_.push_back(std::move(change)); }
   const Stream& output() const { return output_stream_.stream; }
   const std::vector<UsedFile>& files() const { return instance_.files(); }
   const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< stage's, for `explain`
@@ -80,6 +86,7 @@ class Node {
   void verify(const tofgraph_frame& frame) const;
 
   ParameterValues values_;
+  nlohmann::json first_parameters_, changes_ = nlohmann::json::array();
   Instance instance_;
   Host& host_;
   OutputStream output_stream_;

@@ -124,7 +124,7 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
                                  const config::Position& at, config::Diagnostics& diagnostics)
     : at_(at), values_(stage.parameter_count) {
   const char* what = std::string_view(stage.kind) == "effect" ? "effect" : "stage";
-  std::vector<std::string> names;
+  std::vector<std::string>& names = names_;
   for (std::uint64_t i = 0; i < stage.parameter_count; ++i) names.emplace_back(stage.parameters[i].name);
   for (const config::Entry* entry : written) {
     positions_.emplace_back(entry->key, entry->value.at);
@@ -146,6 +146,16 @@ ParameterValues::ParameterValues(const tofgraph_descriptor& stage, std::vector<c
                         example(p, at));
     }
   }
+}
+
+ParameterValues ParameterValues::with(const tofgraph_parameter& parameter, const std::string& text,
+                                      config::Diagnostics& diagnostics) const {
+  ParameterValues changed = *this;
+  const auto place = std::ranges::find(names_, parameter.name) - names_.begin();
+  tofgraph_value& value = changed.values_[static_cast<std::size_t>(place)];
+  value = {sizeof(tofgraph_value), 1, 0, std::numeric_limits<double>::quiet_NaN(), "", nullptr, 0, nullptr};
+  changed.parse(parameter, config::parse_value(text, {}), value, diagnostics);
+  return changed;
 }
 
 const char* ParameterValues::keep(std::string text) { return kept_->texts.emplace_back(std::move(text)).c_str(); }

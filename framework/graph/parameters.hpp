@@ -29,6 +29,10 @@ class ParameterValues {
   ParameterValues(const tofgraph_descriptor& stage, std::vector<const config::Entry*> written,
                   const config::Position& at, config::Diagnostics& diagnostics);
 
+  /// These values with another one of a parameter, written as in a pipeline.
+  ParameterValues with(const tofgraph_parameter& parameter, const std::string& text,
+                       config::Diagnostics& diagnostics) const;
+
   const tofgraph_value* data() const { return values_.data(); }
   /// As they were written, defaults included; for the provenance and `explain`.
   const nlohmann::json& shown() const { return shown_; }
@@ -67,6 +71,7 @@ class ParameterValues {
   const char* keep(std::string text);
 
   config::Position at_;
+  std::vector<std::string> names_;
   std::vector<tofgraph_value> values_;
   std::vector<std::string> files_;
   std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies point to the same texts

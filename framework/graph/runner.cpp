@@ -4,6 +4,7 @@
 
 #include "graph/background_hasher.hpp"
 #include "graph/frame_queue.hpp"
+#include "graph/live_changes.hpp"
 #include "graph/segments.hpp"
 #include "graph/valid_frames.hpp"
 
@@ -39,7 +40,7 @@ std::string what_was_thrown() {
 
 }  // namespace
 
-class Runner::Impl {
+class Runner::Impl final : public RunControl {
  public:
   Impl(Graph& graph, const RunOptions& options)
       : graph_(graph),
@@ -49,14 +50,28 @@ class Runner::Impl {
         times_(graph.nodes().size()),
         failed_(graph.nodes().size()),
         valid_(graph.nodes().size()),
-        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), *pool_) {
+        frame_queue_(graph.nodes().size(), in_flight(), graph.queue(), *pool_),
+        changes_(graph) {
     for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
       for (const std::size_t input : graph.inputs(i)) last_reader_[input] = i;
     }
+    const std::unique_lock lock(graph.host().control_mutex);
+    graph.host().control = this;
+  }
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl() override {
+    changes_.end();
+    const std::unique_lock lock(graph_.host().control_mutex);
+    graph_.host().control = nullptr;
   }
 
   RunResult run();
   void stop();
+  nlohmann::json state() const override;
+  nlohmann::json change(const std::string& node, const std::string& parameter, const std::string& value) override {
+    return changes_.request(node, parameter, value);
+  }
 
   std::atomic<std::uint64_t> done_{0};
   std::uint64_t dropped() const { return frame_queue_.dropped(); }
@@ -92,6 +107,7 @@ class Runner::Impl {
   std::vector<std::atomic<bool>> failed_;
   std::vector<ValidFrames> valid_;
   FrameQueue frame_queue_;
+  LiveChanges changes_;
 
   std::vector<Segment> segments_;
   std::vector<std::unique_ptr<Step>> steps_;
@@ -164,6 +180,7 @@ RunResult Runner::Impl::run() {
     BackgroundHasher hashing(graph_);
     arena.execute([&] { flow(); });
     result.wall_s = seconds_since(start);
+    changes_.end();
     if (!error_.empty()) hashing.stop();  // what went wrong is told at once
     finish();
   }
@@ -195,8 +212,12 @@ void Runner::Impl::produce() {
 
 /// Produces one frame. @returns false at the end. Waiting frames are sent when another frame is finished.
 bool Runner::Impl::produce(std::uint64_t number) {
-  FrameSlot* slot =
-      frame_queue_.acquire([this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; });
+  const auto stopped = [this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; };
+  if (changes_.pending()) {
+    if (!frame_queue_.wait_until_idle(stopped)) return false;
+    changes_.apply(number);
+  }
+  FrameSlot* slot = frame_queue_.acquire(stopped);
   if (slot == nullptr) return false;
   if (!fill(*slot, number)) {
     frame_queue_.put_back(slot);
@@ -326,6 +347,14 @@ void Runner::Impl::finish() {
         error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, thrown);
     }
   }
+}
+
+nlohmann::json Runner::Impl::state() const {
+  nlohmann::json state = state_json(graph_, times_, changes_);
+  state["frames"] = done_.load();
+  state["dropped"] = dropped();
+  state["frames_expected"] = expected();
+  return state;
 }
 
 void Runner::Impl::stop() {

@@ -30,6 +30,7 @@ template <> inline constexpr std::size_t first_size<tofgraph_parameter> = 80;
 template <> inline constexpr std::size_t first_size<tofgraph_extension> = 24;
 template <> inline constexpr std::size_t first_size<tofgraph_effect> = 48;
 template <> inline constexpr std::size_t first_size<tofgraph_descriptor> = 184;
+template <> inline constexpr std::size_t first_size<tofgraph_host> = 192;
 
 /// A struct of so many bytes as one of this host: what they do not cover is as in `absent`.
 /// @throws PluginDefect when there are less than the first version had

@@ -15,10 +15,14 @@ struct AddNoise final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "the first of these that exists", .adds = "noise"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "created, or combined with that of the input"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
-  Param<double> deviation{
-      this,
-      "deviation",
-      {.unit = "m", .required = true, .min = 0, .max = 1e3, .text = "standard deviation of the noise, e.g. 10 mm"}};
+  Param<double> deviation{this,
+                          "deviation",
+                          {.unit = "m",
+                           .required = true,
+                           .min = 0,
+                           .max = 1e3,
+                           .text = "standard deviation of the noise, e.g. 10 mm",
+                           .live = true}};
   Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "of the random numbers"}};
 
   void prepare(const Setup& setup) {

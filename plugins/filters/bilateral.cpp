@@ -33,10 +33,15 @@ struct Bilateral final : WindowFilter {
                      .default_value = "5 px",
                      .min = 0.1,
                      .max = 1e6,
-                     .text = "the distance in the image at which a weight is 1/e of that nearby"}};
+                     .text = "the distance in the image at which a weight is 1/e of that nearby",
+                     .live = true}};
 
   void prepare(Setup& setup) {
     prepare_window(setup, "window", *window);
+    parameters_changed();
+  }
+  void parameters_changed() {
+    WindowFilter::parameters_changed();
     set_spatial([this](double dy, double dx) { return (dy * dy + dx * dx) / (*rho * *rho); });
   }
   void process(Frame& frame) const {

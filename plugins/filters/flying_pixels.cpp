@@ -26,7 +26,7 @@ struct FlyingPixels final : Filter {
   Param<double> threshold{
       this,
       "threshold",
-      {.unit = "m", .default_value = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side"}};
+      {.unit = "m", .default_value = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side", .live = true}};
   Param<double> deviations{
       this,
       "deviations",
@@ -34,7 +34,8 @@ struct FlyingPixels final : Filter {
        .min = 0,
        .max = 1e3,
        .text = "minimum step to each side in units of the pixel's sigma; without sigma, of the frame's "
-               "own noise around the pixel"}};
+               "own noise around the pixel",
+       .live = true}};
   Param<double> grazing{this,
                         "grazing",
                         {.unit = "rad",
@@ -43,7 +44,9 @@ struct FlyingPixels final : Filter {
                          .max = 1.56,
                          .text = "surfaces seen at a less grazing angle than this are never marked; 0 deg: no limit"}};
   Param<bool> invalidate{
-      this, "invalidate", {.default_value = "false", .text = "marked pixels become invalid, in all lengths"}};
+      this,
+      "invalidate",
+      {.default_value = "false", .text = "marked pixels become invalid, in all lengths", .live = true}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",

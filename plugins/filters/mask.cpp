@@ -29,11 +29,17 @@ struct Mask final : Filter {
                    {.name = "length", .optional = true, .text = "for codes, unless codes_of names another channel"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<double> min_amplitude{
-      this, "min_amplitude", {.unit = "counts", .min = 0, .text = "less is flagged as low_signal, e.g. 50 counts"}};
+      this,
+      "min_amplitude",
+      {.unit = "counts", .min = 0, .text = "less is flagged as low_signal, e.g. 50 counts", .live = true}};
   Param<double> max_amplitude{
-      this, "max_amplitude", {.unit = "counts", .min = 0, .text = "more is flagged as saturated, e.g. 20000 counts"}};
+      this,
+      "max_amplitude",
+      {.unit = "counts", .min = 0, .text = "more is flagged as saturated, e.g. 20000 counts", .live = true}};
   Param<double> max_sigma{
-      this, "max_sigma", {.unit = "m", .min = 0, .text = "a larger standard deviation is flagged as low_signal"}};
+      this,
+      "max_sigma",
+      {.unit = "m", .min = 0, .text = "a larger standard deviation is flagged as low_signal", .live = true}};
   Param<double> max_null2{this,
                           "max_null2",
                           {.min = 0,
@@ -70,7 +76,8 @@ struct Mask final : Filter {
       this,
       "flagged",
       {.text = "pixels with one of these flags are masked too, e.g. [saturated, wrapped, extrapolated]"}};
-  Param<bool> invalidate{this, "invalidate", {.default_value = "true", .text = "false: pixels are only flagged"}};
+  Param<bool> invalidate{
+      this, "invalidate", {.default_value = "true", .text = "false: pixels are only flagged", .live = true}};
 
   void prepare(Setup& setup) {
     const bool by_amplitude = min_amplitude.given() || max_amplitude.given() || max_null2.given();
@@ -79,15 +86,7 @@ struct Mask final : Filter {
                         "there is nothing to do: give a limit, flags or a map, e.g. min_amplitude: 50 counts, "
                         "max_sigma: 20 mm, max_null2: 5 %, flagged: [saturated], bad_pixels: {file: noise.maps.h5, "
                         "dataset: bad}, polygon: [20, 10, 180, 10, 180, 150], image: mask.png, codes: [0, 65.535]");
-    if (by_amplitude && !amplitude.present())
-      throw ConfigError(min_amplitude.given()   ? "min_amplitude"
-                        : max_amplitude.given() ? "max_amplitude"
-                                                : "max_null2",
-                        "needs the amplitude, which does not arrive: put the mask after a decoder");
-    if (max_sigma.given() && !sigma.present())
-      throw ConfigError("max_sigma",
-                        "needs sigma, which does not arrive: the camera's profile must know the noise (read_noise, "
-                        "shot_noise), or a node must make it");
+    check_limits();
     if (max_null2.given()) check_samples(setup);
     if (by_place() && !flags.present() && !amplitude.present() && !sigma.present() && !length.present())
       throw ConfigError(!bad_pixels->empty() ? "bad_pixels"
@@ -101,14 +100,14 @@ struct Mask final : Filter {
     if (keep.given() && !polygon.given() && image->empty())
       throw ConfigError("keep", "is for polygon and image, of which none is given");
     check_codes(setup);
-    if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
-      throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
     mask_ = bits_of(*flagged);
     if (flagged.given() && !flags.present())
       throw ConfigError("flagged", "needs flags, which do not arrive: put the mask after a decoder");
     flags.provide(setup);
     lengths_.prepare(setup, {});
   }
+
+  void parameters_changed() { check_limits(); }
 
   void process(Frame& frame) const {
     const std::pair<std::size_t, std::size_t> size = size_of(frame);
@@ -154,6 +153,21 @@ struct Mask final : Filter {
     std::uint16_t bits = 0;
     for (std::string word; stream >> word;) bits = static_cast<std::uint16_t>(bits | bit_of(word));
     return bits;
+  }
+
+  void check_limits() const {
+    const bool by_amplitude = min_amplitude.given() || max_amplitude.given() || max_null2.given();
+    if (by_amplitude && !amplitude.present())
+      throw ConfigError(min_amplitude.given()   ? "min_amplitude"
+                        : max_amplitude.given() ? "max_amplitude"
+                                                : "max_null2",
+                        "needs the amplitude, which does not arrive: put the mask after a decoder");
+    if (max_sigma.given() && !sigma.present())
+      throw ConfigError("max_sigma",
+                        "needs sigma, which does not arrive: the camera's profile must know the noise (read_noise, "
+                        "shot_noise), or a node must make it");
+    if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
+      throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
   }
 
   void check_samples(const Setup& setup) {

@@ -30,7 +30,8 @@ struct Median final : LengthFilter {
                    "fill",
                    {.default_value = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
-                            "of the window is valid, and is flagged as filled"}};
+                            "of the window is valid, and is flagged as filled",
+                    .live = true}};
 
   void prepare(Setup& setup) {
     check_window(*setup.find(image.channel()), "window", *window);

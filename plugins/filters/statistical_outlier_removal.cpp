@@ -16,16 +16,20 @@ struct StatisticalOutlierRemoval final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "lengths of removed points become NaN"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or added to"}};
-  Param<std::int64_t> neighbours{
-      this,
-      "neighbours",
-      {.default_value = "20", .min = 1, .max = 10000, .text = "number of neighbours whose mean distance is examined"}};
+  Param<std::int64_t> neighbours{this,
+                                 "neighbours",
+                                 {.default_value = "20",
+                                  .min = 1,
+                                  .max = 10000,
+                                  .text = "number of neighbours whose mean distance is examined",
+                                  .live = true}};
   Param<double> deviations{this,
                            "deviations",
                            {.default_value = "2",
                             .min = 0,
                             .max = 100,
-                            .text = "standard deviations above the mean that are still accepted"}};
+                            .text = "standard deviations above the mean that are still accepted",
+                            .live = true}};
 
   void prepare(Setup& setup) {
     flags.provide(setup);

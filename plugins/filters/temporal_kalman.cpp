@@ -18,26 +18,28 @@ namespace tofgraph {
 ///
 /// sigma becomes that of the filtered length.
 struct TemporalKalman final : LengthFilter {
-  Param<double> measurement_noise{
-      this,
-      "measurement_noise",
-      {.unit = "m",
-       .min = 1e-6,
-       .max = 1e3,
-       .text = "standard deviation of a measurement, e.g. 5 mm; default: the frame's sigma"}};
+  Param<double> measurement_noise{this,
+                                  "measurement_noise",
+                                  {.unit = "m",
+                                   .min = 1e-6,
+                                   .max = 1e3,
+                                   .text = "standard deviation of a measurement, e.g. 5 mm; default: the frame's sigma",
+                                   .live = true}};
   Param<double> process_noise{this,
                               "process_noise",
                               {.unit = "m",
                                .default_value = "0.5 mm",
                                .min = 0,
                                .max = 1e3,
-                               .text = "standard deviation of a pixel's change from frame to frame"}};
+                               .text = "standard deviation of a pixel's change from frame to frame",
+                               .live = true}};
   Param<double> gate{this,
                      "gate",
                      {.default_value = "4",
                       .min = 1,
                       .max = 100,
-                      .text = "standard deviations beyond which a pixel counts as moved and is restarted"}};
+                      .text = "standard deviations beyond which a pixel counts as moved and is restarted",
+                      .live = true}};
 
   void prepare(Setup& setup) {
     if (!sigma.present() && !measurement_noise.given()) {

@@ -20,9 +20,13 @@ struct VoxelGrid final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "what belongs to the points"}};
   Param<double> size{
-      this, "size", {.unit = "m", .default_value = "20 mm", .min = 1e-6, .max = 1000, .text = "edge of a voxel"}};
+      this,
+      "size",
+      {.unit = "m", .default_value = "20 mm", .min = 1e-6, .max = 1000, .text = "edge of a voxel", .live = true}};
   Param<std::int64_t> least{
-      this, "least", {.default_value = "1", .min = 1, .max = 1e6, .text = "voxels with fewer points are omitted"}};
+      this,
+      "least",
+      {.default_value = "1", .min = 1, .max = 1e6, .text = "voxels with fewer points are omitted", .live = true}};
 
   void prepare(Setup& setup) {
     const tofgraph_channel& cloud = *setup.find("points");

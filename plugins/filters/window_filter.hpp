@@ -44,17 +44,22 @@ struct WindowFilter : LengthFilter {
                           .max = 1e3,
                           .choices = "auto",
                           .text = "h, the difference at which a weight is 1/e, e.g. 20 mm; auto: sqrt(2) times the "
-                                  "median of the frame's sigma, equation (7.9)"}};
+                                  "median of the frame's sigma, equation (7.9)",
+                          .live = true}};
   Param<bool> sigma_adaptive{this,
                              "sigma_adaptive",
                              {.default_value = "false",
                               .text = "h of each pixel proportional to its sigma, equal to `strength` at the median "
-                                      "sigma: the less light, the smoother"}};
+                                      "sigma: the less light, the smoother",
+                              .live = true}};
   Param<bool> fill{this,
                    "fill",
                    {.default_value = "false",
                     .text = "an invalid pixel takes the median of the filtered ones in its window, if at least half "
-                            "of the window is valid, and is flagged as filled"}};
+                            "of the window is valid, and is flagged as filled",
+                    .live = true}};
+
+  void parameters_changed() { check_strength(); }
 
  protected:
   static constexpr double min_strength = 1e-6;   // m
@@ -65,7 +70,7 @@ struct WindowFilter : LengthFilter {
     check_window(*setup.find(image.channel()), name, side);
     window_ = HalfWindow{side / 2};
     spatial_.assign(static_cast<std::size_t>(window_.count()), 0);
-    check_strength(setup);
+    check_strength();
     prepare_lengths(setup);
   }
 
@@ -115,7 +120,7 @@ struct WindowFilter : LengthFilter {
   bool uses_noise_ = false;  // the median of sigma is needed for more than h
 
  private:
-  void check_strength(const Setup& setup) const {
+  void check_strength() const {
     const bool automatic = strength.keyword() == "auto";
     if (!automatic && !(*strength >= min_strength))
       throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");

@@ -36,8 +36,8 @@ TEST_P(Refusal, NamesFileAndReason) {
 
 INSTANTIATE_TEST_SUITE_P(Broken, Refusal,
                          testing::Values(Case{"no_symbol", "has no symbol 'tofgraph_plugin'"},
-                                         Case{"old_version", "was built for plugin API 0.0, this program has 2.0"},
-                                         Case{"new_version", "was built for plugin API 2.99, this program has 2.0"},
+                                         Case{"old_version", "was built for plugin API 0.0, this program has 2.1"},
+                                         Case{"new_version", "was built for plugin API 2.99, this program has 2.1"},
                                          Case{"no_descriptor", "returned no descriptor"},
                                          Case{"joins_streams", "is a filter that takes any number of streams"},
                                          Case{"crashes_when_loaded", "crashed while it was being loaded (signal 11"},

@@ -133,13 +133,15 @@ TEST(BorderLayout, Metadata) {
 
 TEST(BorderLayout, Host) {
   using S = tofgraph_host;
-  pinned<S>(192, {PIN(size, 0, 4),         PIN(api_major, 4, 4),      PIN(api_minor, 8, 4),   PIN(zero, 12, 4),
-                  PIN(fail, 16, 8),        PIN(message, 24, 8),       PIN(stopping, 32, 8),   PIN(overwrite, 40, 8),
-                  PIN(provide, 48, 8),     PIN(withdraw, 56, 8),      PIN(set_camera, 64, 8), PIN(use_profile, 72, 8),
-                  PIN(set_frames, 80, 8),  PIN(set_exposures, 88, 8), PIN(set_source, 96, 8), PIN(uses_file, 104, 8),
-                  PIN(provenance, 112, 8), PIN(plugin_path, 120, 8),  PIN(output, 128, 8),    PIN(read, 136, 8),
-                  PIN(write, 144, 8),      PIN(modify, 152, 8),       PIN(share, 160, 8),     PIN(drop, 168, 8),
-                  PIN(rename, 176, 8),     PIN(metadata, 184, 8)});
+  pinned<S>(208,
+            {PIN(size, 0, 4),         PIN(api_major, 4, 4),      PIN(api_minor, 8, 4),   PIN(zero, 12, 4),
+             PIN(fail, 16, 8),        PIN(message, 24, 8),       PIN(stopping, 32, 8),   PIN(overwrite, 40, 8),
+             PIN(provide, 48, 8),     PIN(withdraw, 56, 8),      PIN(set_camera, 64, 8), PIN(use_profile, 72, 8),
+             PIN(set_frames, 80, 8),  PIN(set_exposures, 88, 8), PIN(set_source, 96, 8), PIN(uses_file, 104, 8),
+             PIN(provenance, 112, 8), PIN(plugin_path, 120, 8),  PIN(output, 128, 8),    PIN(read, 136, 8),
+             PIN(write, 144, 8),      PIN(modify, 152, 8),       PIN(share, 160, 8),     PIN(drop, 168, 8),
+             PIN(rename, 176, 8),     PIN(metadata, 184, 8),     PIN(run_state, 192, 8), PIN(change_parameter, 200, 8)},
+            192);
 }
 
 TEST(BorderLayout, Port) {

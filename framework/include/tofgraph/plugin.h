@@ -31,7 +31,7 @@ extern "C" {
 
 /** A plugin is refused when its major number differs or its minor number is greater than the host's. */
 #define TOFGRAPH_API_MAJOR 2u
-#define TOFGRAPH_API_MINOR 0u
+#define TOFGRAPH_API_MINOR 1u
 
 /** What a call returns. END: a source has no more frames; of a filter nothing leaves for this frame. */
 enum { TOFGRAPH_STATUS_OK = 0, TOFGRAPH_STATUS_END = 1, TOFGRAPH_STATUS_ERROR = 2 };
@@ -219,6 +219,15 @@ typedef struct tofgraph_host {
   int (*drop)(tofgraph_frame* frame, const char* channel);
   int (*rename)(tofgraph_frame* frame, const char* channel, const char* name);
   tofgraph_metadata* (*metadata)(tofgraph_frame* frame);
+  /** Since 2.1. The run as a JSON object: nodes with what they read, times, parameters; frames; changes so far. `take`
+   * is called once, before the call returns. ERROR: nothing runs. [any thread] */
+  int (*run_state)(void* context, void (*take)(void* user, const char* json), void* user);
+  /** Since 2.1. Gives a LIVE parameter of a node another value, written as in a pipeline. Waits until no frame is under
+   * way, at most 2 s; if the source delivers nothing meanwhile, the change comes with its next frame. `take` is called
+   * once: OK with a JSON object, "frame" being the first number with the new value; ERROR with the reason in words.
+   * [any thread, but not inside another call of the stage] */
+  int (*change_parameter)(void* context, const char* node, const char* parameter, const char* value,
+                          void (*take)(void* user, const char* text), void* user);
 } tofgraph_host;
 
 /** A port: what a stage reads or makes, with its meaning. Words are blank-separated. Of the strings name and channel

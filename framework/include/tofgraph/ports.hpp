@@ -28,6 +28,7 @@ struct ParamSpec {
   double off = none, typical = none;
   bool in_place = false;  ///< for an InputFile: its content may be written instead, the value is then "{..}"
   bool nested = false;    ///< for an effect: a refinement, varied by a search only if the data demand it
+  bool live = false;      ///< may change between two frames of a run; then parameters_changed() of the stage is called
 };
 
 struct Choice : std::string {};       ///< a word of `choices`
@@ -92,7 +93,8 @@ class ParamBase {
                    kind,
                    (spec.required ? TOFGRAPH_PARAMETER_REQUIRED + 0U : 0U) |
                        (spec.in_place ? TOFGRAPH_PARAMETER_IN_PLACE + 0U : 0U) |
-                       (spec.nested ? TOFGRAPH_PARAMETER_NESTED + 0U : 0U),
+                       (spec.nested ? TOFGRAPH_PARAMETER_NESTED + 0U : 0U) |
+                       (spec.live ? TOFGRAPH_PARAMETER_LIVE + 0U : 0U),
                    spec.unit,
                    spec.default_value,
                    spec.min,
@@ -106,6 +108,8 @@ class ParamBase {
   }
   virtual ~ParamBase() = default;
   virtual void set(const tofgraph_value& value) = 0;
+  virtual void keep() = 0;     ///< remembers the value
+  virtual void restore() = 0;  ///< takes the remembered value again
 
   const tofgraph_parameter& parameter() const { return parameter_; }
   /// True when the user wrote the parameter, false for the default.
@@ -215,6 +219,8 @@ template <class T> class Param : public detail::ParamBase {
     return ParamBase::create(companion, 0);
   }
 
+  void keep() override { kept_ = {value_, keyword_, given_}; }
+  void restore() override { std::tie(value_, keyword_, given_) = kept_; }
   void set(const tofgraph_value& value) override {
     given_ = value.given != 0;
     keyword_ = value.text;
@@ -235,6 +241,7 @@ template <class T> class Param : public detail::ParamBase {
  private:
   T value_{};
   std::string keyword_;
+  std::tuple<T, std::string, bool> kept_;
 };
 
 }  // namespace tofgraph

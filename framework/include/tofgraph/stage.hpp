@@ -65,6 +65,9 @@ class Stage {
   void prepare(Setup&) {}
   void finish() {}
   void stop() {}
+  /// Between two frames, after parameters declared `.live` took other values. A ConfigError refuses them: the stage
+  /// must be as before then, its parameters are put back.
+  void parameters_changed() {}
 
   /// A remark for the user that does not end the run.
   void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }

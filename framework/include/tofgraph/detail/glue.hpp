@@ -106,6 +106,28 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
     T& stage = *static_cast<T*>(self);
     guarded(stage.host, stage.context, [&] { return stage.stop(), TOFGRAPH_STATUS_OK; });
   }
+  /// Live parameters take other values; what the stage refuses it does not keep.
+  static int change(void* self, const tofgraph_value* values) {
+    T& stage = *static_cast<T*>(self);
+    return guarded(stage.host, stage.context, [&] {
+      const Strided<const tofgraph_value> all{values, values->size, stage.parameters.size()};
+      std::vector<ParamBase*> live;
+      for (std::size_t i = 0; i < all.size; ++i) {
+        ParamBase* const parameter = stage.parameters[i];
+        if ((parameter->parameter().flags & TOFGRAPH_PARAMETER_LIVE) == 0) continue;
+        live.push_back(parameter);
+        parameter->keep();
+        parameter->set(all[i]);
+      }
+      try {
+        stage.parameters_changed();
+      } catch (...) {
+        for (ParamBase* parameter : live) parameter->restore();
+        throw;
+      }
+      return TOFGRAPH_STATUS_OK;
+    });
+  }
   static void destroy(void* self) { delete static_cast<T*>(self); }
 
   /// The descriptor, made once from an instance whose members say what the contract is.
@@ -122,6 +144,8 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
         ports.clear();
         parameters.clear();
       }
+      const bool live = std::ranges::any_of(
+          parameters, [](const tofgraph_parameter& p) { return (p.flags & TOFGRAPH_PARAMETER_LIVE) != 0; });
       constexpr bool parallel = stateless<T> && !std::is_base_of_v<Source, T>;
       constexpr std::uint32_t flags = (parallel ? TOFGRAPH_STAGE_STATELESS + 0U : 0U) |
                                       (many_inputs<T> ? TOFGRAPH_STAGE_MANY_INPUTS + 0U : 0U) |
@@ -132,7 +156,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
           sizeof(tofgraph_descriptor), TOFGRAPH_API_MAJOR, TOFGRAPH_API_MINOR, flags, T::kind, TOFGRAPH_PLUGIN_NAME,
           summary, TOFGRAPH_PLUGIN_VERSION, TOFGRAPH_PLUGIN_AUTHOR, TOFGRAPH_PLUGIN_LICENCE, port_size, parameter_size, sizeof(tofgraph_extension), 0, ports.data(),
           ports.size(), parameters.data(), parameters.size(), extension, extension != nullptr ? 1U : 0U, create, prepare,
-          process_call(), finish, stop, destroy, nullptr};
+          process_call(), finish, stop, destroy, live ? change : nullptr};
       // clang-format on
     }();
     return &result;

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Changes of LIVE parameters while a graph runs.
+#pragma once
+
+#include "graph/graph.hpp"
+#include "graph/run_statistics.hpp"
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tofgraph::graph {
+
+/// Passes changes from any thread to the thread of the source, which makes them while no frame is under way. So each
+/// frame is computed with one set of values as a whole, and the number of the first frame with the new one is known.
+class LiveChanges {
+ public:
+  explicit LiveChanges(Graph& graph) : graph_(graph) {}
+
+  /// Asks for a change and waits for it. [any thread] @param value as written in a pipeline
+  /// @returns "node", "parameter", "value" and "frame", the first frame with it; "pending" instead of "frame" when the
+  /// source delivered nothing for 2 s. @throws std::runtime_error why it was refused
+  nlohmann::json request(const std::string& node, const std::string& parameter, const std::string& value);
+
+  /// Returns whether changes wait. [thread of the source]
+  bool pending() const { return pending_.load(); }
+  /// Makes the changes that wait. [thread of the source, while no frame is under way] @param frame the next number
+  void apply(std::uint64_t frame);
+  /// Refuses what waits and what comes: the run is over.
+  void end();
+
+  /// Values of all parameters, and the changes so far. [any thread]
+  nlohmann::json parameters(const Node& node) const;
+  nlohmann::json done() const;
+
+ private:
+  struct Request {
+    Node* node = nullptr;
+    std::string parameter, value, problem;
+    ParameterValues values;
+    std::uint64_t frame = 0;
+    bool settled = false;
+  };
+
+  Node& node_named(const std::string& name) const;
+
+  Graph& graph_;
+  std::atomic<bool> pending_ = false;
+  mutable std::mutex mutex_;  // those below, and the values of the nodes
+  std::condition_variable settled_;
+  std::vector<std::shared_ptr<Request>> waiting_;
+  nlohmann::json done_ = nlohmann::json::array();
+  bool ended_ = false;
+};
+
+/// Nodes with what they read, hand on, their parameters and times; the changes so far. [any thread]
+nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes);
+
+}  // namespace tofgraph::graph

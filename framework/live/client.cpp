@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "live/client.hpp"
+
+#include <boost/asio/post.hpp>
+
+#include <algorithm>
+
+namespace tofgraph::live {
+namespace {
+
+constexpr std::size_t max_message = std::size_t{64} << 10, max_queued = 64;
+constexpr int max_messages_per_s = 300;
+
+}  // namespace
+
+void Hub::update_wanted() {
+  std::uint64_t bits = 0;
+  for (const auto& client : clients) {
+    if (client->ready_for_frame()) bits |= client->protocol().wanted();
+  }
+  wanted = bits;
+  client_count = clients.size();
+}
+
+void Hub::ask(std::function<nlohmann::json()> question, std::function<void(nlohmann::json, std::string)> done) {
+  net::post(workers, [this, question = std::move(question), done = std::move(done)] {
+    nlohmann::json answer;
+    std::string problem;
+    try {
+      answer = question();
+    } catch (const std::exception& error) {
+      problem = error.what();
+    }
+    net::post(io, [done, answer = std::move(answer), problem = std::move(problem)] { done(answer, problem); });
+  });
+}
+
+Client::Client(beast::tcp_stream stream, Hub& hub)
+    : hub_(hub), socket_(std::move(stream)), rate_(hub.options.max_rate), timer_(hub.io) {
+  ++hub_.connections;
+}
+Client::~Client() { --hub_.connections; }
+
+void Client::open(const Request& request, const std::string& protocol) {
+  namespace websocket = beast::websocket;
+  beast::get_lowest_layer(socket_).expires_never();
+  websocket::stream_base::timeout timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
+  timeout.idle_timeout = std::chrono::seconds(30);
+  timeout.keep_alive_pings = true;
+  socket_.set_option(timeout);
+  socket_.set_option(websocket::stream_base::decorator([protocol](websocket::response_type& response) {
+    response.set(beast::http::field::server, "tofgraph");
+    if (!protocol.empty()) response.set(beast::http::field::sec_websocket_protocol, protocol);
+  }));
+  socket_.read_message_max(max_message);
+  socket_.auto_fragment(false);
+  protocol_ = protocol.starts_with("foxglove") ? foxglove_protocol(*this) : view_protocol(*this);
+  socket_.async_accept(request, [self = shared_from_this()](beast::error_code error) {
+    if (error) return;
+    self->hub_.clients.insert(self);
+    self->hub_.client_count = self->hub_.clients.size();
+    self->protocol_->opened();
+    if (self->hub_.ended) self->protocol_->ended();
+    self->read();
+  });
+}
+
+void Client::read() {
+  socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+    if (error) return self->gone();
+    if (self->too_many_messages()) return self->close("too many messages");
+    const auto data = self->buffer_.cdata();
+    try {
+      self->protocol_->received({static_cast<const char*>(data.data()), data.size()}, !self->socket_.got_text());
+    } catch (const std::exception&) {  // it is no message of the protocol
+      return self->close("this message is not part of the protocol");
+    }
+    self->buffer_.consume(self->buffer_.size());
+    self->hub_.update_wanted();
+    if (!self->closing_) self->read();
+  });
+}
+
+bool Client::too_many_messages() {
+  const Clock::time_point now = Clock::now();
+  if (now - second_ > std::chrono::seconds(1)) {
+    second_ = now;
+    messages_ = 0;
+  }
+  return ++messages_ > max_messages_per_s;
+}
+
+void Client::send(Message message) {
+  if (closing_) return;
+  if (queue_.size() >= max_queued) return close("does not read what is sent");
+  queue_.push_back(std::move(message));
+  if (!writing_) write();
+}
+
+void Client::write() {
+  writing_ = true;
+  socket_.binary(queue_.front().binary);
+  socket_.async_write(net::buffer(queue_.front().bytes),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                        self->writing_ = false;
+                        self->queue_.pop_front();
+                        if (error) return self->gone();
+                        if (!self->queue_.empty() && !self->closing_) return self->write();
+                        self->hub_.update_wanted();
+                      });
+}
+
+/// A polite close would wait for the write that is under way, which a client that does not read never ends.
+void Client::close(const std::string& reason) {
+  if (closing_) return;
+  closing_ = true;
+  if (writing_) return gone();
+  beast::get_lowest_layer(socket_).expires_after(std::chrono::seconds(2));
+  socket_.async_close({beast::websocket::close_code::policy_error, reason.substr(0, 120)},
+                      [self = shared_from_this()](beast::error_code) { self->gone(); });
+}
+
+void Client::gone() {
+  closing_ = true;
+  timer_.cancel();
+  beast::error_code ignored;
+  beast::get_lowest_layer(socket_).socket().close(ignored);
+  hub_.clients.erase(shared_from_this());
+  hub_.update_wanted();
+}
+
+bool Client::ready_for_frame() const { return !closing_ && queue_.empty() && Clock::now() >= next_frame_; }
+
+void Client::frame_sent() {
+  const auto pause = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / rate_));
+  next_frame_ = std::max(next_frame_ + pause, Clock::now() + pause / 2);
+  timer_.expires_at(next_frame_);
+  timer_.async_wait([self = shared_from_this()](beast::error_code error) {
+    if (!error) self->hub_.update_wanted();
+  });
+}
+
+void Client::set_rate(double frames_per_s) { rate_ = std::clamp(frames_per_s, 0.1, hub_.options.max_rate); }
+
+}  // namespace tofgraph::live

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file A WebSocket client and the protocol that it speaks. Everything here runs on the server's thread.
+#pragma once
+
+#include "live/server.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+
+namespace tofgraph::live {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+
+class Client;
+
+/// State shared by all connections.
+struct Hub {
+  ServerOptions options;
+  std::vector<NodeInfo> nodes;
+  RunCalls calls;
+  std::size_t connections = 0;
+  std::set<std::shared_ptr<Client>> clients;
+  net::io_context io{1};        // after what its handlers count down when they are destroyed
+  net::thread_pool workers{1};  ///< for questions to the run, which may wait for a frame
+  std::atomic<std::uint64_t> wanted{0};
+  std::atomic<std::size_t> client_count{0};
+  std::shared_ptr<const Picture> last;
+  bool ended = false;
+
+  void update_wanted();
+  /// Asks the run on the worker's thread. @param done called with the answer on the server's thread
+  void ask(std::function<nlohmann::json()> question, std::function<void(nlohmann::json, std::string problem)> done);
+};
+
+/// What a client says and gets.
+class Protocol {
+ public:
+  explicit Protocol(Client& client) : client_(client) {}
+  Protocol(const Protocol&) = delete;
+  Protocol& operator=(const Protocol&) = delete;
+  virtual ~Protocol() = default;
+  virtual void opened() = 0;
+  virtual void received(std::string_view message, bool binary) = 0;
+  /// Nodes that the client is ready to get a frame of, as bits.
+  virtual std::uint64_t wanted() const = 0;
+  virtual void show(const Picture& picture) = 0;
+  virtual void ended() {}
+
+ protected:
+  Client& client_;
+};
+
+/// The project's own protocol: docs/live_view.md.
+std::unique_ptr<Protocol> view_protocol(Client& client);
+/// Foxglove's WebSocket protocol, version 1.
+std::unique_ptr<Protocol> foxglove_protocol(Client& client);
+
+class Client : public std::enable_shared_from_this<Client> {
+ public:
+  using Request = beast::http::request<beast::http::string_body>;
+  Client(beast::tcp_stream stream, Hub& hub);
+  ~Client();
+
+  /// Accepts the upgrade. @param protocol the chosen sub-protocol, empty: the project's own
+  void open(const Request& request, const std::string& protocol);
+  void send_text(std::string text) { send({std::move(text), false}); }
+  void send_binary(std::string bytes) { send({std::move(bytes), true}); }
+  void close(const std::string& reason);
+  /// Returns whether all that was sent has left and the rate allows another frame.
+  bool ready_for_frame() const;
+  void frame_sent();
+  void set_rate(double frames_per_s);
+  Protocol& protocol() { return *protocol_; }
+  Hub& hub() { return hub_; }
+
+ private:
+  struct Message {
+    std::string bytes;
+    bool binary;
+  };
+  void send(Message message);
+  void read();
+  void write();
+  void gone();
+  bool too_many_messages();
+
+  using Clock = std::chrono::steady_clock;
+  Hub& hub_;
+  beast::websocket::stream<beast::tcp_stream> socket_;
+  std::unique_ptr<Protocol> protocol_;
+  beast::flat_buffer buffer_;
+  std::deque<Message> queue_;
+  bool writing_ = false, closing_ = false;
+  Clock::time_point next_frame_{}, second_{};
+  int messages_ = 0;  ///< since second_
+  double rate_;
+  net::steady_timer timer_;
+};
+
+}  // namespace tofgraph::live

@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Foxglove's WebSocket protocol, version 1, as Foxglove and Lichtblick read it: channels in JSON with the schemas
+// foxglove.PointCloud, foxglove.RawImage and foxglove.CameraCalibration.
+#include "live/client.hpp"
+#include "live/foxglove_messages.hpp"
+
+#include <chrono>
+#include <map>
+
+namespace tofgraph::live {
+namespace {
+
+class FoxgloveProtocol final : public Protocol {
+ public:
+  using Protocol::Protocol;
+
+  void opened() override {
+    topics_ = foxglove_topics(client_.hub().nodes);
+    nlohmann::json channels = nlohmann::json::array();
+    for (std::size_t i = 0; i < topics_.size(); ++i) {
+      channels.push_back({{"id", i + 1},
+                          {"topic", topics_[i].name},
+                          {"encoding", "json"},
+                          {"schemaName", foxglove_schema_name(topics_[i].kind)},
+                          {"schemaEncoding", "jsonschema"},
+                          {"schema", foxglove_schema(topics_[i].kind)}});
+    }
+    client_.send_text(nlohmann::json({{"op", "serverInfo"},
+                                      {"name", "tofgraph"},
+                                      {"capabilities", nlohmann::json::array()},
+                                      {"supportedEncodings", {"json"}},
+                                      {"metadata", nlohmann::json::object()}})
+                          .dump());
+    client_.send_text(nlohmann::json({{"op", "advertise"}, {"channels", channels}}).dump());
+  }
+
+  void received(std::string_view message, bool binary) override {
+    if (binary) return status("binary messages of clients are not supported");
+    const auto json = nlohmann::json::parse(message);
+    const std::string op = json.at("op");
+    if (op == "subscribe") {
+      for (const auto& wish : json.at("subscriptions")) subscribe(wish.at("id"), wish.at("channelId"));
+    } else if (op == "unsubscribe") {
+      for (const auto& id : json.at("subscriptionIds")) subscriptions_.erase(id.get<std::uint32_t>());
+    } else {
+      status("this operation is not supported");
+    }
+    if (client_.hub().ended) ended();
+  }
+
+  std::uint64_t wanted() const override {
+    std::uint64_t bits = 0;
+    for (const auto& [id, topic] : subscriptions_) bits |= std::uint64_t{1} << topics_[topic].node;
+    return bits;
+  }
+
+  void show(const Picture& picture) override {
+    client_.frame_sent();
+    for (const auto& [id, topic] : subscriptions_) {
+      for (const NodePicture& node : picture.nodes) {
+        if (node.node != topics_[topic].node) continue;
+        const nlohmann::json message =
+            foxglove_message(topics_[topic], client_.hub().nodes[node.node], node, time_of(picture));
+        if (!message.is_null()) send_data(id, time_of(picture), message.dump());
+      }
+    }
+  }
+
+  void ended() override {
+    if (client_.hub().last) show(*client_.hub().last);
+  }
+
+ private:
+  static std::uint64_t time_of(const Picture& picture) {
+    if (picture.timestamp_ns > 0) return static_cast<std::uint64_t>(picture.timestamp_ns);
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
+  }
+
+  void subscribe(std::uint32_t id, std::size_t channel) {
+    if (channel == 0 || channel > topics_.size()) return status("there is no such channel");
+    if (subscriptions_.size() < 2 * topics_.size()) subscriptions_[id] = channel - 1;
+  }
+
+  void send_data(std::uint32_t id, std::uint64_t time, const std::string& message) {
+    std::string bytes(1, '\x01');
+    bytes.append(reinterpret_cast<const char*>(&id), sizeof id);
+    bytes.append(reinterpret_cast<const char*>(&time), sizeof time);
+    client_.send_binary(bytes + message);
+  }
+
+  void status(const char* text) {
+    client_.send_text(nlohmann::json({{"op", "status"}, {"level", 1}, {"message", text}}).dump());
+  }
+
+  std::vector<FoxgloveTopic> topics_;
+  std::map<std::uint32_t, std::size_t> subscriptions_;  // by the client's number, the topic
+};
+
+}  // namespace
+
+std::unique_ptr<Protocol> foxglove_protocol(Client& client) { return std::make_unique<FoxgloveProtocol>(client); }
+
+}  // namespace tofgraph::live

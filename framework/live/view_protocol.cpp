@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// The protocol of the page: docs/live_view.md.
+#include "live/client.hpp"
+#include "live/encoding.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace tofgraph::live {
+namespace {
+
+enum class Kind : std::uint32_t { rays = 1, frame = 2 };
+
+std::string json_line(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+/// Message: kind, bytes of the JSON text, the text with blanks up to a multiple of 8, the values.
+std::string binary_message(Kind kind, const nlohmann::json& header, std::string values) {
+  std::string text = json_line(header);
+  text.append((8 - text.size() % 8) % 8, ' ');
+  const std::uint32_t head[2] = {static_cast<std::uint32_t>(kind), static_cast<std::uint32_t>(text.size())};
+  text.insert(0, reinterpret_cast<const char*>(head), sizeof head);
+  return std::move(values.insert(0, text));
+}
+
+nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
+
+/// Appends a channel's values and describes them.
+nlohmann::json append_plane(std::string& values, const Plane& plane, const NodeInfo& node) {
+  values.append((8 - values.size() % 8) % 8, '\0');
+  nlohmann::json channel = {{"name", plane.name}, {"unit", plane.unit}, {"at", values.size()}};
+  if (!plane.bits.empty()) {
+    channel["type"] = "bits";
+    values.append(reinterpret_cast<const char*>(plane.bits.data()), plane.bits.size() * 2);
+    return channel;
+  }
+  std::span<const float> numbers = plane.values;
+  std::vector<float> lengths;
+  channel["type"] = "codes";
+  if (plane.depth == 3) {
+    lengths = along_rays(plane, node);
+    numbers = lengths;
+    channel["type"] = lengths.empty() ? "points" : "along_rays";
+  }
+  if (channel["type"] == "points") {
+    values.append(reinterpret_cast<const char*>(plane.values.data()), plane.values.size() * sizeof(float));
+    return channel;
+  }
+  const Coding coding = coding_of(numbers);
+  channel["offset"] = coding.offset;
+  channel["step"] = coding.step;
+  append_codes(values, numbers, coding);
+  return channel;
+}
+
+class ViewProtocol final : public Protocol {
+ public:
+  using Protocol::Protocol;
+
+  void opened() override {
+    nlohmann::json nodes = nlohmann::json::array();
+    for (const NodeInfo& node : client_.hub().nodes) {
+      nlohmann::json channels = nlohmann::json::array();
+      for (const ChannelInfo& c : node.channels)
+        channels.push_back({{"name", c.name}, {"unit", c.unit}, {"applied", c.applied}});
+      nodes.push_back({{"name", node.name},
+                       {"channels", std::move(channels)},
+                       {"rows", node.rows},
+                       {"columns", node.columns},
+                       {"camera", node.camera},
+                       {"focal_length", number_or_null(node.focal_length)},
+                       {"rays", node.rays != nullptr}});
+    }
+    client_.send_text(json_line({{"op", "hello"}, {"version", 1}, {"nodes", nodes}}));
+  }
+
+  void received(std::string_view message, bool binary) override {
+    if (binary) throw std::runtime_error("a binary message");
+    const auto json = nlohmann::json::parse(message);
+    const std::string op = json.at("op");
+    if (op == "show") {
+      choose(json);
+    } else if (op == "next") {
+      ready_ = true;
+      if (client_.hub().ended) show_last();
+    } else if (op == "state") {
+      answer(client_.hub().calls.state, {{"op", "state"}});
+    } else if (op == "set") {
+      const std::string node = json.at("node"), parameter = json.at("parameter"), value = json.at("value");
+      answer([&calls = client_.hub().calls, node, parameter, value] { return calls.change(node, parameter, value); },
+             {{"op", "set"}, {"node", node}, {"parameter", parameter}});
+    } else {
+      throw std::runtime_error("unknown op");
+    }
+  }
+
+  std::uint64_t wanted() const override { return ready_ ? nodes_ : 0; }
+
+  void show(const Picture& picture) override {
+    nlohmann::json blocks = nlohmann::json::array();
+    std::string values;
+    values.reserve(size_);
+    for (const NodePicture& shown : picture.nodes) {
+      if ((nodes_ >> shown.node & 1U) == 0) continue;
+      const NodeInfo& node = client_.hub().nodes[shown.node];
+      nlohmann::json channels = nlohmann::json::array();
+      std::size_t rows = 0, columns = 0;
+      for (const Plane& plane : shown.planes) {
+        channels.push_back(append_plane(values, plane, node));
+        channels.back()["rows"] = rows = plane.rows;
+        channels.back()["columns"] = columns = plane.columns;
+      }
+      blocks.push_back({{"node", node.name}, {"channels", std::move(channels)}});
+    }
+    size_ = values.size() + 4096;  // with the header
+    ready_ = false;
+    client_.frame_sent();
+    client_.send_binary(binary_message(Kind::frame,
+                                       {{"frame", picture.frame},
+                                        {"timestamp_ns", std::to_string(picture.timestamp_ns)},
+                                        {"integration_time", number_or_null(picture.integration_time)},
+                                        {"nodes", std::move(blocks)}},
+                                       std::move(values)));
+  }
+
+  void ended() override {
+    client_.send_text(R"({"op":"end"})");
+    if (ready_) show_last();
+  }
+
+ private:
+  void choose(const nlohmann::json& json) {
+    std::uint64_t chosen = 0;
+    for (const nlohmann::json& name : json.at("nodes")) {
+      for (std::size_t i = 0; i < client_.hub().nodes.size(); ++i) {
+        if (client_.hub().nodes[i].name == name) chosen |= std::uint64_t{1} << i;
+      }
+    }
+    if (json.contains("rate")) client_.set_rate(json["rate"].get<double>());
+    for (std::size_t i = 0; i < client_.hub().nodes.size(); ++i) {
+      if ((chosen & ~with_rays_) >> i & 1U) send_rays(client_.hub().nodes[i]);
+    }
+    nodes_ = chosen;
+    with_rays_ |= chosen;
+  }
+
+  void send_rays(const NodeInfo& node) {
+    if (node.rays == nullptr) return;
+    const std::size_t count = node.rows * node.columns * 3;
+    client_.send_binary(binary_message(Kind::rays,
+                                       {{"node", node.name}, {"rows", node.rows}, {"columns", node.columns}},
+                                       {reinterpret_cast<const char*>(node.rays), count * sizeof(float)}));
+  }
+
+  void show_last() {
+    const auto last = client_.hub().last;
+    if (last && nodes_ != 0) show(*last);
+  }
+
+  void answer(std::function<nlohmann::json()> question, nlohmann::json head) {
+    if (asking_ >= 8) return;  // answers come one after the other
+    ++asking_;
+    client_.hub().ask(std::move(question), [client = client_.shared_from_this(), this, head = std::move(head)](
+                                               const nlohmann::json& reply, const std::string& problem) {
+      --asking_;  // the client keeps this protocol
+      nlohmann::json message = head;
+      if (problem.empty())
+        message["reply"] = reply;
+      else
+        message["problem"] = problem;
+      client->send_text(json_line(message));
+    });
+  }
+
+  std::uint64_t nodes_ = 0, with_rays_ = 0;
+  bool ready_ = false;
+  int asking_ = 0;
+  std::size_t size_ = 0;  // of a message, bytes
+};
+
+}  // namespace
+
+std::unique_ptr<Protocol> view_protocol(Client& client) { return std::make_unique<ViewProtocol>(client); }
+
+}  // namespace tofgraph::live

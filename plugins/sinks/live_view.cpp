@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// A view of the running pipeline in the browser, and for programs that speak Foxglove's protocol.
+#include <tofgraph/stage.hpp>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <thread>
+
+#include "live/server.hpp"
+
+namespace tofgraph {
+
+/// The newest frame goes to each client that waits for one; what nobody waits for is not even copied. Several inputs
+/// can be looked at side by side. The server listens from prepare() on, so that a port that is taken is reported before
+/// the first frame.
+struct LiveView final : Sink {
+  In<void> every{this, "*", {.text = "images of one number per pixel, flags and points"}};
+  Param<std::int64_t> port{
+      this, "port", {.default_value = "8765", .min = 0, .max = 65535, .text = "TCP port; 0: any free one"}};
+  Param<std::string> address{this,
+                             "address",
+                             {.default_value = "127.0.0.1",
+                              .text = "address to listen on; other computers reach the view with 0.0.0.0 and the token "
+                                      "that is then printed"}};
+  Param<std::string> origins{
+      this, "origins", {.text = "web pages elsewhere that may connect, e.g. [https://app.foxglove.dev]"}};
+  Param<std::int64_t> clients{
+      this, "clients", {.default_value = "16", .min = 1, .max = 48, .text = "more are refused"}};
+  Param<double> rate{this,
+                     "rate",
+                     {.unit = "Hz",
+                      .default_value = "60 Hz",
+                      .min = 0.1,
+                      .max = 1000,
+                      .text = "frames per second that a client gets at most"}};
+  Param<double> pace{
+      this,
+      "pace",
+      {.unit = "Hz", .min = 0.01, .max = 1e4, .text = "the pipeline runs no faster, e.g. 30 Hz for a recording"}};
+  Param<bool> wait{
+      this,
+      "wait",
+      {.default_value = "false",
+       .text = "the first frame waits for a client, each further one at most 1 s until a client is ready: for "
+               "recordings, of which no frame should be missed"}};
+  Param<bool> hold{this,
+                   "hold",
+                   {.default_value = "false",
+                    .text = "after the last frame the view stays open until Ctrl-C, or until all clients have left"}};
+
+  void prepare(Setup& setup) {
+    if (setup.streams().size() > 64) throw std::runtime_error("shows at most 64 nodes");
+    for (const tofgraph_stream* stream : setup.streams()) nodes_.push_back(described(*stream));
+    const bool any = std::ranges::any_of(nodes_, [](const live::NodeInfo& node) { return !node.channels.empty(); });
+    if (!any)
+      throw std::runtime_error(
+          "nothing that arrives is an image or a cloud: let it read a node behind the decoder, e.g. inputs: [decode]");
+    live::ServerOptions options;
+    options.address = *address;
+    options.port = static_cast<std::uint16_t>(*port);
+    options.max_clients = static_cast<std::size_t>(*clients);
+    options.max_rate = *rate;
+    const bool local = *address == "127.0.0.1" || *address == "::1";
+    if (!local) options.token = live::random_token();
+    std::istringstream words(*origins);
+    for (std::string word; words >> word;) options.origins.push_back(word);
+    try {
+      server_ = std::make_unique<live::Server>(options, nodes_, calls());
+    } catch (const std::runtime_error& error) {
+      throw ConfigError(std::string(error.what()).find("is not an address") != std::string::npos ? "address" : "port",
+                        error.what());
+    }
+  }
+
+  void process(std::span<Frame> frames) {
+    if (!announced_) announce();
+    keep_pace();
+    wait_for_client(Clock::now() + std::chrono::seconds(1));
+    const std::uint64_t wanted = *hold ? ~std::uint64_t{0} : server_->wanted();
+    if (wanted == 0) return;
+    auto picture = std::make_shared<live::Picture>();
+    const tofgraph_metadata& metadata = frames.front().metadata();
+    picture->frame = metadata.number;
+    picture->timestamp_ns = metadata.timestamp_ns;
+    picture->integration_time = metadata.integration_time;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      if ((wanted >> i & 1U) != 0) picture->nodes.push_back(copied(frames[i], i));
+    }
+    if (*hold) last_ = picture;
+    if (server_->wanted() != 0) server_->show(std::move(picture));
+  }
+
+  void finish() {
+    server_->end(last_);
+    bool seen = false;
+    for (auto alone_since = Clock::now(); *hold && !stopping(); std::this_thread::sleep_for(tick)) {
+      seen = seen || server_->clients() != 0;
+      if (server_->clients() != 0) alone_since = Clock::now();
+      if (seen && Clock::now() - alone_since > std::chrono::seconds(3)) break;  // longer than a reload of the page
+    }
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds tick{20};
+
+  static bool is_shown(const tofgraph_channel& channel) {
+    const std::string_view name = channel.name;
+    if (name == "rays") return false;
+    if (name == "points") return channel.type == TOFGRAPH_TYPE_F32 && channel.rank == 3;
+    return channel.rank == 2 &&
+           (channel.type == TOFGRAPH_TYPE_F32 || (channel.type == TOFGRAPH_TYPE_U16 && name == "flags"));
+  }
+
+  static live::NodeInfo described(const tofgraph_stream& stream) {
+    live::NodeInfo node;
+    node.name = stream.node;
+    for (const tofgraph_channel& channel :
+         Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count}) {
+      const auto text = [](const char* word) { return std::string(word != nullptr ? word : ""); };
+      if (is_shown(channel)) node.channels.push_back({channel.name, text(channel.unit), text(channel.applied)});
+    }
+    if (stream.camera == nullptr) return node;
+    const tofgraph_camera& camera = *stream.camera;
+    node.camera = camera.name;
+    node.rows = camera.height;
+    node.columns = camera.width;
+    node.rays = camera.rays;
+    node.focal_length = camera.focal_length;
+    std::copy_n(camera.focal_px, 2, node.focal_px);
+    std::copy_n(camera.principal_point, 2, node.principal_point);
+    std::copy_n(camera.distortion, 5, node.distortion);
+    return node;
+  }
+
+  live::NodePicture copied(const Frame& frame, std::size_t node) const {
+    live::NodePicture picture{node, {}};
+    for (const live::ChannelInfo& channel : nodes_[node].channels) {
+      const tofgraph_view view = frame.find(channel.name.c_str());
+      if (view.data == nullptr) continue;
+      live::Plane& plane = picture.planes.emplace_back();
+      plane.name = channel.name;
+      plane.unit = channel.unit;
+      plane.rows = view.extent[0];
+      plane.columns = view.extent[1];
+      plane.depth = view.rank == 3 ? view.extent[2] : 1;
+      if (view.type == TOFGRAPH_TYPE_U16) {
+        const Array<const std::uint16_t> bits(view);
+        plane.bits.assign(bits.begin(), bits.end());
+      } else {
+        const Array<const float> values(view);
+        plane.values.assign(values.begin(), values.end());
+      }
+    }
+    return picture;
+  }
+
+  void announce() {
+    announced_ = true;
+    const bool everywhere = *address == "0.0.0.0" || *address == "::";
+    host->message(context, TOFGRAPH_MESSAGE_INFO,
+                  fmt::format("live view: {}{}", server_->url(),
+                              everywhere ? " (in place of the zeros the name of this computer)" : "")
+                      .c_str());
+    wait_for_client(Clock::time_point::max());
+    next_ = Clock::now();
+  }
+
+  void wait_for_client(Clock::time_point until) const {
+    while (*wait && server_->wanted() == 0 && !stopping() && Clock::now() < until)
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+
+  void keep_pace() {
+    if (!pace.given()) return;
+    while (Clock::now() < next_ && !stopping()) std::this_thread::sleep_until(std::min(next_, Clock::now() + tick));
+    next_ = std::max(next_, Clock::now() - tick) +
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / *pace));
+  }
+
+  /// A call of the host as a function that returns its answer or throws the reason.
+  template <class Call> static nlohmann::json asked(Call&& call) {
+    std::string text;
+    const auto take = [](void* user, const char* answer) { *static_cast<std::string*>(user) = answer; };
+    if (call(+take, &text) != TOFGRAPH_STATUS_OK) throw std::runtime_error(text);
+    return nlohmann::json::parse(text);
+  }
+
+  live::RunCalls calls() const {
+    return {[this] { return asked([this](auto take, void* user) { return host->run_state(context, take, user); }); },
+            [this](const std::string& node, const std::string& parameter, const std::string& value) {
+              return asked([&](auto take, void* user) {
+                return host->change_parameter(context, node.c_str(), parameter.c_str(), value.c_str(), take, user);
+              });
+            }};
+  }
+
+  std::vector<live::NodeInfo> nodes_;
+  std::shared_ptr<const live::Picture> last_;
+  bool announced_ = false;
+  Clock::time_point next_{};
+  std::unique_ptr<live::Server> server_;  // last: its thread ends first
+};
+
+}  // namespace tofgraph
+
+TOFGRAPH_STAGE(tofgraph::LiveView, "Shows the frames in a web browser while the pipeline runs")

@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: LiveServer.SurvivesMalformed*
+// Rooms: live
+// The server of the live view without a pipeline: codes of values, and what comes from the network.
+#include "live/encoding.hpp"
+#include "live/foxglove_messages.hpp"
+#include "live/server.hpp"
+#include "tests/live_view/web_client.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+namespace tofgraph::live {
+namespace {
+
+using tests::WebClient;
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+std::vector<double> decoded(const std::vector<float>& values, Coding& coding) {
+  coding = coding_of(values);
+  std::string bytes;
+  append_codes(bytes, values, coding);
+  std::vector<double> result;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::uint16_t code = 0;
+    std::memcpy(&code, bytes.data() + 2 * i, 2);
+    result.push_back(code == 0 ? std::nan("") : coding.offset + (code - 1) * coding.step);
+  }
+  return result;
+}
+
+TEST(LiveEncoding, ErrorsAreAtMostHalfAStep) {
+  Coding coding;
+  for (const std::vector<float>& values : {std::vector<float>{0.5F, 6.5F, nan},
+                                           {6.6F, 1e-3F},
+                                           {-3.2F, 7.1F},
+                                           {0, 0, 0},
+                                           {1e6F, 1},
+                                           {3e-5F, 1e-6F},
+                                           {30000, 1.5F}}) {
+    const std::vector<double> back = decoded(values, coding);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (std::isnan(values[i]))
+        EXPECT_TRUE(std::isnan(back[i]));
+      else
+        EXPECT_NEAR(back[i], static_cast<double>(values[i]), coding.step * 0.505);
+    }
+  }
+  decoded({0.5F, 6.5F}, coding);
+  EXPECT_DOUBLE_EQ(coding.step, 1e-4) << "0.1 mm up to 6.55 m";
+  decoded({0.5F, 13}, coding);
+  EXPECT_DOUBLE_EQ(coding.step, 2e-4);
+}
+
+TEST(LiveEncoding, ImagesWithoutAnyValueHaveNone) {
+  Coding coding;
+  for (const double value : decoded({nan, nan, std::numeric_limits<float>::infinity()}, coding))
+    EXPECT_TRUE(std::isnan(value));
+  EXPECT_TRUE(decoded({}, coding).empty());
+}
+
+TEST(LiveEncoding, MovedCloudsAreNotAlongTheRays) {
+  const std::vector<float> rays = {0, 0, 1, 0.6F, 0, 0.8F};
+  NodeInfo node;
+  node.rows = 1;
+  node.columns = 2;
+  node.rays = rays.data();
+  Plane points{"points", "m", 1, 2, 3, {0, 0, 2, nan, nan, nan}, {}};
+  const std::vector<float> along = along_rays(points, node);
+  ASSERT_EQ(along.size(), 2U);
+  EXPECT_EQ(along[0], 2);
+  EXPECT_TRUE(std::isnan(along[1]));
+  points.values[0] = 0.01F;
+  EXPECT_TRUE(along_rays(points, node).empty());
+  points.columns = 1;
+  EXPECT_TRUE(along_rays(points, node).empty());
+}
+
+TEST(LiveEncoding, Base64IsThatOfRfc4648) {
+  for (const auto& [plain, text] : std::vector<std::pair<std::string, std::string>>{{"", ""},
+                                                                                    {"f", "Zg=="},
+                                                                                    {"fo", "Zm8="},
+                                                                                    {"foo", "Zm9v"},
+                                                                                    {"foob", "Zm9vYg=="},
+                                                                                    {"fooba", "Zm9vYmE="},
+                                                                                    {"foobar", "Zm9vYmFy"}})
+    EXPECT_EQ(base64(plain.data(), plain.size()), text);
+}
+
+/// A server with one node of 4 x 3 pixels.
+class LiveServer : public testing::Test {
+ protected:
+  LiveServer() {
+    for (int i = 0; i < 12; ++i) rays.insert(rays.end(), {0, 0, 1});
+    NodeInfo node;
+    node.name = "decode";
+    node.channels = {{"depth", "m", ""}, {"flags", "", ""}};
+    node.rows = 3;
+    node.columns = 4;
+    node.rays = rays.data();
+    ServerOptions options;
+    options.port = 0;
+    server = std::make_unique<Server>(
+        options, std::vector{node},
+        RunCalls{[] {
+                   return nlohmann::json({{"frames", 1}});
+                 },
+                 [](const std::string& name, const std::string&, const std::string&) -> nlohmann::json {
+                   throw std::runtime_error("no node " + name);
+                 }});
+    port = std::to_string(server->port());
+  }
+  std::shared_ptr<const Picture> picture(std::uint64_t number, std::size_t rows, std::size_t columns) const {
+    auto made = std::make_shared<Picture>();
+    made->frame = number;
+    made->integration_time = std::nan("");
+    made->nodes.push_back({0,
+                           {{"depth", "m", rows, columns, 1, std::vector<float>(rows * columns, nan), {}},
+                            {"flags", "", rows, columns, 1, {}, std::vector<std::uint16_t>(rows * columns, 1)}}});
+    return made;
+  }
+  void wait_until_wanted() const {
+    for (int i = 0; i < 1000 && server->wanted() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_EQ(server->wanted(), 1U);
+  }
+  std::vector<float> rays;
+  std::unique_ptr<Server> server;
+  std::string port;
+};
+
+TEST_F(LiveServer, FramesMayChangeTheirSizeAndHaveNoValue) {
+  WebClient client(port);
+  EXPECT_THAT(client.read(), testing::HasSubstr("\"op\":\"hello\""));
+  client.send(R"({"op":"show","nodes":["decode","nothing"],"rate":1000})");
+  EXPECT_EQ(tests::ViewMessage(client.read()).kind, 1U);
+  EXPECT_EQ(server->wanted(), 0U) << "nobody has asked for a frame";
+  for (const std::size_t rows : {std::size_t{3}, std::size_t{7}, std::size_t{1}}) {
+    client.send(R"({"op":"next"})");
+    wait_until_wanted();
+    server->show(picture(rows, rows, 4));
+    const tests::ViewMessage frame(client.read());
+    EXPECT_EQ(frame.json["frame"], rows);
+    EXPECT_EQ(frame.json["integration_time"], nullptr);
+    for (const double value : frame.decoded("decode", "depth")) EXPECT_TRUE(std::isnan(value));
+    EXPECT_EQ(frame.decoded("decode", "flags"), std::vector<double>(rows * 4, 1));
+  }
+}
+
+TEST_F(LiveServer, ALateClientSeesTheLastFrame) {
+  server->end(picture(41, 3, 4));
+  WebClient client(port);
+  client.send(R"({"op":"show","nodes":["decode"]})");
+  client.send(R"({"op":"next"})");
+  std::string message = client.read();
+  while (!message.empty() && (client.text() || tests::ViewMessage(message).kind != 2)) message = client.read();
+  ASSERT_FALSE(message.empty());
+  EXPECT_EQ(tests::ViewMessage(message).json["frame"], 41);
+}
+
+TEST_F(LiveServer, RefusesAddressesThatAreNone) {
+  ServerOptions options;
+  options.address = "somewhere";
+  EXPECT_THROW(Server(options, {}, {}), std::runtime_error);
+}
+
+/// Requests and messages that are right, to be damaged.
+const std::vector<std::string>& good_requests() {
+  static const std::vector<std::string> all = {
+      "GET / HTTP/1.1\r\nHost: localhost:8765\r\n\r\n",
+      "GET /state HTTP/1.1\r\nHost: localhost:8765\r\nConnection: close\r\n\r\n",
+      "PUT /parameters HTTP/1.1\r\nHost: localhost:8765\r\nContent-Length: "
+      "45\r\n\r\n{\"node\":\"a\",\"parameter\":\"b\",\"value\":\"1 mm\"}",
+      "GET /ws HTTP/1.1\r\nHost: localhost:8765\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: "
+      "AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: tofgraph.v1\r\n\r\n",
+      "GET /../../../../etc/passwd HTTP/1.1\r\nHost: localhost:8765\r\n\r\n",
+      "POST /parameters HTTP/1.1\r\nHost: localhost:8765\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n0\r\n\r\n"};
+  return all;
+}
+const std::vector<std::string>& good_messages() {
+  static const std::vector<std::string> all = {R"({"op":"show","nodes":["decode"],"rate":60})",
+                                               R"({"op":"next"})",
+                                               R"({"op":"state"})",
+                                               R"({"op":"set","node":"decode","parameter":"x","value":"1"})",
+                                               R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})",
+                                               R"({"op":"unsubscribe","subscriptionIds":[1]})",
+                                               R"([[[[[[[[[[1]]]]]]]]]])",
+                                               R"({"op":7})",
+                                               R"({"op":"show","nodes":7,"rate":"fast"})"};
+  return all;
+}
+
+std::string damaged(std::string text, std::mt19937& random) {
+  const auto upto = [&](std::size_t most) { return std::uniform_int_distribution<std::size_t>(0, most)(random); };
+  for (std::size_t changes = 1 + upto(4); changes > 0 && !text.empty(); --changes) {
+    const std::size_t at = upto(text.size() - 1);
+    switch (upto(4)) {
+      case 0:
+        text[at] = static_cast<char>(upto(255));
+        break;
+      case 1:
+        text.erase(at, 1 + upto(20));
+        break;
+      case 2:
+        text.insert(at, std::string(1 + upto(300), static_cast<char>(upto(255))));
+        break;
+      case 3:
+        text.insert(at, text.substr(0, at));
+        break;
+      default:
+        text.resize(at);
+        break;
+    }
+  }
+  return text;
+}
+
+/// 1000 rounds; TOFGRAPH_FUZZ_ROUNDS sets another number.
+TEST_F(LiveServer, SurvivesMalformedRequestsAndMessages) {
+  const char* written = std::getenv("TOFGRAPH_FUZZ_ROUNDS");
+  const int rounds = written != nullptr ? std::atoi(written) : 1000;
+  std::mt19937 random(1);
+  const auto any = [&](const auto& all) { return all[random() % all.size()]; };
+  for (int i = 0; i < rounds; ++i) {
+    std::string request = any(good_requests());
+    request.replace(request.find("8765"), 4, port);
+    if (i % 2 == 0) {
+      const std::string answer = tests::raw_exchange(port, damaged(request, random), std::chrono::milliseconds(2));
+      EXPECT_EQ(answer.find("/work"), std::string::npos);
+      EXPECT_EQ(answer.find("root:"), std::string::npos);
+    } else {
+      std::unique_ptr<WebClient> client;
+      try {
+        client = std::make_unique<WebClient>(port, i % 4 == 1 ? "tofgraph.v1" : "foxglove.sdk.v1");
+        for (int k = 0; k < 4; ++k) {
+          const std::string message = k % 2 == 0 ? any(good_messages()) : damaged(any(good_messages()), random);
+          i % 3 == 0 ? client->send_binary(message) : client->send(message);
+          if (server->wanted() != 0) server->show(picture(static_cast<std::uint64_t>(i), 3, 4));
+        }
+        if (i % 5 == 0) client->send(std::string(100000, 'x'));  // longer than is allowed
+      } catch (const std::exception&) {                          // thrown out: right
+      }
+      if (client) client->cut();
+    }
+  }
+  const tests::Answer answer = tests::request(port, tests::http::verb::get, "/state");
+  EXPECT_EQ(answer.status, 200U) << "it still answers";
+  for (int i = 0; i < 200 && server->clients() != 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(server->clients(), 0U) << "nobody is left over";
+}
+
+}  // namespace
+}  // namespace tofgraph::live
