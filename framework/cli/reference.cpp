@@ -179,7 +179,7 @@ json list_schema(const std::vector<json>& plugins, const std::string& key, const
       {"allOf", rules}};
 }
 
-/// What Python takes for a parameter.
+/// Type that Python takes for a parameter.
 std::string python_type(const json& p) {
   const std::string type = text_at(p, "type");
   if (type == "bool") return "bool";

@@ -77,7 +77,7 @@ template <class T, class U> class Scatter {
       for (std::uint64_t i = 0; i < n; ++i) invalid |= is_no_measurement(out[i]);
       for (std::uint64_t i = 0; i < n && invalid != 0; ++i) {
         if (is_no_measurement(out[i]) == 0) continue;
-        if (c_.refused != nullptr) c_.refused->add(static_cast<float>(out[i]));
+        count_refused(static_cast<float>(out[i]));
         out[i] = nothing();
         if (flags_ != nullptr) flags_[(to + begin + i) / c_.per_pixel % c_.pixels] |= flag::invalid;
       }
@@ -100,15 +100,15 @@ template <class T, class U> class Scatter {
     }
     return value;
   }
+  void count_refused(float length) const {
+    if (c_.is_length && c_.refused != nullptr) c_.refused->add(length);
+  }
   bool is_invalid(T value) const {
-    if constexpr (std::is_floating_point_v<T>) {
-      if (!std::isfinite(value)) return true;
-    }
     if (std::ranges::find(c_.invalid, static_cast<double>(value)) != c_.invalid.end()) return true;
-    if (!c_.is_length) return false;
-    const auto length = static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale);
-    const bool valid = is_valid_length(length);
-    if (!valid && c_.refused != nullptr) c_.refused->add(length);
+    const auto si = static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale);
+    bool valid = !c_.is_length || is_valid_length(si);
+    if constexpr (std::is_floating_point_v<T>) valid = valid && std::isfinite(value);
+    if (!valid) count_refused(si);
     return !valid;
   }
   U converted(T value) const {

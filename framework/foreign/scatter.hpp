@@ -24,7 +24,7 @@ struct Conversion {
   std::optional<std::uint64_t> mask;        ///< bits that count, of integers
   std::span<const double> invalid;          ///< values that mean "no measurement"
   bool is_length = false;                   ///< zero and negative values mean it as well
-  io::RefusedLengths* refused = nullptr;    ///< counts such values, null: not; those of `invalid` do not count
+  io::RefusedLengths* refused = nullptr;    ///< counts such lengths, null: not; those of `invalid` do not count
   std::uint64_t pixels = 0, per_pixel = 1;  ///< of the image; elements of a pixel, which stand together
 };
 

@@ -188,7 +188,7 @@ Taps taps_of(const Physics& physics, const Shot& shot) {
   return taps;
 }
 
-/// What a dump holds: both taps of a pixel beside each other, big-endian, settings as whole numbers.
+/// Describes the dumps: both taps of a pixel beside each other, big-endian, settings as whole numbers.
 void write_layout(const fs::path& file, int side) {
   std::ofstream(file) << fmt::format(
       "layout: 1\nfile_header: {}\nframe_header: {}\narrays:\n"

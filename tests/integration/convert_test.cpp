@@ -158,7 +158,7 @@ TEST_F(Convert, NamesAreSortedNaturally) {
   for (std::size_t f = 0; f < 6; ++f) EXPECT_FLOAT_EQ(depth[f * small_pixels], static_cast<float>(expected[f])) << f;
 }
 
-TEST_F(Convert, LengthsThatCannotBeAreCountedAndAUnitThatCannotBeIsTold) {
+TEST_F(Convert, CountsLengthsThatCannotBeAndDoubtsAUnitThatCannotBe) {
   std::string text;
   for (std::size_t i = 0; i < small_pixels; ++i)
     text += (i % 8 == 0 ? "" : ",") + std::string(i == 3 ? "0" : i == 9 ? "-20" : "1500") + (i % 8 == 7 ? "\n" : "");
