@@ -359,6 +359,18 @@ class Stages:
         @param scale value of one count of uint16; default: 1 mm, 1 counts or 1 [m|counts|1], at least 0.001 um
         @param zoom magnification of the colour picture; default: such that it has 400 rows, 1 to 64
         """
+    def live_view(self, *, name: str = ..., port: int = ..., address: Any = ..., origins: Any = ..., clients: int = ..., rate: str = ..., pace: str = ..., wait: bool = ..., hold: bool = ..., **more: Any) -> Node:
+        """Shows the frames in a web browser while the pipeline runs.
+
+        @param port TCP port; 0: any free one, 0 to 65535; default 8765
+        @param address address to listen on; other computers reach the view with 0.0.0.0 and the token that is then printed; default 127.0.0.1
+        @param origins web pages elsewhere that may connect, e.g. [https://app.foxglove.dev]
+        @param clients more are refused, 1 to 48; default 16
+        @param rate frames per second that a client gets at most [Hz], 0.1 Hz to 1 kHz; default 60 Hz
+        @param pace the pipeline runs no faster, e.g. 30 Hz for a recording [Hz], 0.01 Hz to 10 kHz
+        @param wait the first frame waits for a client, each further one at most 1 s until a client is ready: for recordings, of which no frame should be missed; default false
+        @param hold after the last frame the view stays open until Ctrl-C, or until all clients have left; default false
+        """
     def mcap_writer(self, *, name: str = ..., path: str | PathLike[str], topics: Any = ..., frame_id: Any = ..., compression: Literal["none", "lz4", "zstd"] = ..., **more: Any) -> Node:
         """Recordings in MCAP for viewers of ROS 2: images, clouds, the camera.
 
