@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns in parts: statistics in place of captures, shards in any order, kills, full disks, and the same bits.
-// Slow: Reduce.*SameReport*:Reduce.*Killed*:Reduce.*Cases*
+// Slow: Reduce.*SameReport*:Reduce.*SameFiles*:Reduce.*Killed*:Reduce.*Cases*
 // Rooms: diagnosis simulation
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -103,6 +103,25 @@ TEST_F(Reduce, SameReportWithPatternsOfPixels) {
   search("ps", "pattern_statistics");
   EXPECT_EQ(result_of("pattern_captures"), result_of("pattern_statistics"));
   EXPECT_THAT(result_of("pattern_captures"), HasSubstr("fixed_pattern"));
+}
+
+TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
+  // Also with a profile beside the campaign, which the folder of statistics refers to.
+  copy("c", "shared");
+  done("sed 's/^name: .*/name: camcube2/' " TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml > shared/my.yaml");
+  std::string text = "campaign: 1\ncamera: ./my.yaml\nconditions:\n";
+  for (const std::string& name : listing(home() / "c/captures"))
+    for (const std::string frames : {"[0, 1]", "[2, 2]"})
+      text += "  - {id: \"" + name + frames + "\", capture: captures/" + name + ", frames: " + frames +
+              ", board: {distance: " + name.substr(5, name.find("mm") - 5) + " mm}, target: white}\n";
+  write_text(home() / "shared/campaign.yaml", text);
+  EXPECT_THAT(done("$TOFGRAPH reduce shared/campaign.yaml -o shared_s").err, HasSubstr("24 reduced"));
+  search("shared/campaign.yaml", "shared_captures");
+  search("shared_s", "shared_statistics");
+  EXPECT_EQ(result_of("shared_captures"), result_of("shared_statistics"));
+  done("sed -i 's/frames: \\[2, 2\\]/frames: [1, 2]/' shared_s/campaign.yaml");
+  EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data shared_s -o none").err,
+              HasSubstr("now 'frames 1 to 2', then 'frames 2 to 2'"));
 }
 
 TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {
