@@ -36,6 +36,27 @@ fs::path statistics_path(const fs::path& folder, const std::string& key) {
   return folder / (key + io::statistics_extension);
 }
 
+/// True for a campaign that `merge -o` made, which has no records beside it.
+bool is_of_statistics(const fs::path& file) {
+  config::Diagnostics diagnostics;
+  const io::Campaign campaign = io::read_campaign(file, diagnostics, io::Captures::may_be_missing);
+  return diagnostics.ok() && std::ranges::all_of(campaign.conditions, [](const io::Condition& c) {
+           return c.capture.extension() == io::statistics_extension;
+         });
+}
+
+/// Refuses a folder whose campaign.yaml cannot be written, is the campaign itself or was written by someone else.
+/// @throws config::ConfigurationError
+void check_out(const fs::path& out, const fs::path& campaign) {
+  const fs::path file = out / campaign_file;
+  const std::array<fs::path, 1> inputs = {campaign};
+  std::string problem = io::input_problem(file, inputs);
+  if (problem.empty()) problem = io::write_error(file);
+  if (problem.empty() && fs::exists(file) && !fs::exists(out / "shards") && !is_of_statistics(file))
+    problem = fmt::format("{} is a campaign that was not made by reduce", file.string());
+  if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+}
+
 /// A campaign with captures of some conditions that were checked. @param shard whose captures are checked
 io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
   config::Diagnostics diagnostics;
@@ -65,12 +86,7 @@ class ShardReduction {
  public:
   explicit ShardReduction(const ReduceOptions& options)
       : options_(options), campaign_(read_checked(options.campaign, options.shard)) {
-    const std::array<fs::path, 1> inputs = {options.campaign};
-    std::string problem = io::input_problem(options.out / campaign_file, inputs);
-    if (problem.empty()) problem = io::write_error(options.out / campaign_file);
-    if (problem.empty() && fs::exists(options.out / campaign_file) && !fs::exists(options.out / "shards"))
-      problem = fmt::format("{} is a campaign that was not made by reduce", (options.out / campaign_file).string());
-    if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+    check_out(options.out, options.campaign);
     record_.campaign = fs::absolute(options.campaign).lexically_normal();
     record_.campaign_sha256 = io::sha256_of_file(options.campaign);
     record_.conditions = campaign_.conditions.size();
@@ -201,6 +217,7 @@ class Merge {
   }
 
   std::size_t write(const fs::path& out) const {
+    check_out(out, records_.front().campaign);
     config::Diagnostics diagnostics;
     io::Campaign campaign = io::read_campaign(records_.front().campaign, diagnostics, io::Captures::may_be_missing);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);

@@ -326,6 +326,18 @@ TEST_F(Reduce, NeverReplacesTheCampaignThatItReads) {
   EXPECT_THAT(read_text(home() / "c/campaign.yaml"), HasSubstr(".h5"));
 }
 
+TEST_F(Reduce, MergeNeverReplacesACampaignOfCaptures) {
+  copy("c", "mine");
+  for (const std::string folder : {"c", "mine"}) {
+    const Outcome outcome = run("$TOFGRAPH merge s -o " + folder);
+    EXPECT_EQ(outcome.exit_code, 2) << folder;
+    EXPECT_THAT(outcome.err, HasSubstr("--out: error:"));
+    EXPECT_THAT(read_text(home() / folder / "campaign.yaml"), HasSubstr(".h5"));
+  }
+  done("$TOFGRAPH merge --quiet s -o merged");
+  done("$TOFGRAPH merge --quiet s -o merged");
+}
+
 TEST_F(Reduce, OtherCommandsSayThatTheyNeedCaptures) {
   EXPECT_THAT(run("$TOFGRAPH calibrate offset s/campaign.yaml -o none.yaml").err,
               HasSubstr("holds statistics of a capture, which only diagnose reads"));
