@@ -99,6 +99,7 @@ class ShardReduction {
 
   ReduceResult run() {
     const config::Ranks& ranks = config::ranks();
+    if (ranks.rank() == 0) fs::remove(options_.out / campaign_file);  // while the statistics change there is none
     std::vector<std::size_t> own;
     std::size_t count = 0;
     for (std::size_t i = 0; i < campaign_.conditions.size(); ++i) {

@@ -282,6 +282,20 @@ TEST_F(Reduce, RefusesACampaignThatHasChanged) {
   EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err, HasSubstr("0 reduced, 12 there before"));
 }
 
+TEST_F(Reduce, SearchesNoCampaignOfBefore) {
+  for (const std::string shard : {" --shard 1/2", ""}) {
+    copy("c", "stale");
+    fs::remove_all(home() / "stale_s");
+    done("$TOFGRAPH reduce stale/campaign.yaml --quiet -o stale_s");
+    done("sed -i 's/600 mm/601 mm/' stale/campaign.yaml");
+    if (shard.empty()) damage(home() / "stale/captures" / listing(home() / "stale/captures").front(), 300000);
+    EXPECT_EQ(run("$TOFGRAPH reduce stale/campaign.yaml -o stale_s" + shard).exit_code, shard.empty() ? 1 : 0);
+    const Outcome search = run("$TOFGRAPH diagnose --model ideal.yaml --data stale_s -o none");
+    EXPECT_EQ(search.exit_code, 2);
+    EXPECT_THAT(search.err, HasSubstr("are not merged"));
+  }
+}
+
 TEST_F(Reduce, RefusesOtherSettings) {
   copy("s", "settings");
   const std::string profile = std::string(TOFGRAPH_SOURCE_DIR) + "/devices/profiles/camcube2.yaml";
