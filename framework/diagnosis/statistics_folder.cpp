@@ -165,13 +165,12 @@ class ShardReduction {
     const fs::path file = statistics_path(options_.out, one.key);
     if (is_whole(file)) return one;
     const std::string shown = capture.lexically_proximate(record_.campaign.parent_path()).generic_string();
-    io::write_statistics(file, reduce_capture(condition, *campaign_.camera, shown, one.sha256));
+    const io::Statistics statistics = reduce_capture(condition, *campaign_.camera, shown, one.sha256);
     ReducedCondition now = one;
     set_file_state(capture, now);
-    if (now.bytes != one.bytes || now.modified_ns != one.modified_ns) {
-      fs::remove(file);
+    if (now.bytes != one.bytes || now.modified_ns != one.modified_ns)
       throw std::runtime_error(fmt::format("{} changed while it was reduced", capture.string()));
-    }
+    io::write_statistics(file, statistics);
     const std::lock_guard lock(mutex_);
     ++result_.made;
     return one;
