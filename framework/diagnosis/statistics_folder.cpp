@@ -221,6 +221,10 @@ class Merge {
     config::Diagnostics diagnostics;
     io::Campaign campaign = io::read_campaign(records_.front().campaign, diagnostics, io::Captures::may_be_missing);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    if (campaign.conditions.size() != found_.size())
+      refuse(fmt::format("{} states {} conditions, the campaign has {}", records_.front().file.string(), found_.size(),
+                         campaign.conditions.size()),
+             again(records_.front()));
     const fs::path profile = records_.front().campaign.parent_path() / campaign.camera_name;
     if (fs::is_regular_file(profile))
       campaign.camera_name =
@@ -255,7 +259,7 @@ class Merge {
         refuse(
             fmt::format("the campaign {} has changed since shard {} was reduced", r.campaign.string(), r.shard.text()),
             again(r));
-      if (r.campaign_sha256 != first.campaign_sha256)
+      if (r.campaign_sha256 != first.campaign_sha256 || r.conditions != first.conditions)
         refuse(fmt::format("{} and {} are of different campaigns", first.file.string(), r.file.string()),
                "merge shards of one campaign");
     }

@@ -296,6 +296,24 @@ TEST_F(Reduce, SearchesNoCampaignOfBefore) {
   }
 }
 
+TEST_F(Reduce, RefusesRecordsWithImpossibleNumbers) {
+  for (const auto& [from, to, message] : {std::array<std::string, 3>{"\"shard\": 1", "\"shard\": 0", "the shard 0 of 1"},
+                                          {"\"shards\": 1", "\"shards\": 9000000000", "the shard 1 of 9000000000"},
+                                          {"\"shards\": 1", "\"shards\": -1", "the shard 1 of -1"},
+                                          {"\"index\": 11", "\"index\": 12", "has condition 12 of 12"},
+                                          {"\"index\": 11", "\"index\": -1", "of 12"},
+                                          {"\"conditions\": 12", "\"conditions\": 13", "12 of 13 conditions"}}) {
+    copy("s", "numbers");
+    const fs::path file = home() / "numbers/shards/1-of-1.json";
+    std::string text = read_text(file);
+    ASSERT_NE(text.find(from), std::string::npos) << from;
+    write_text(file, text.replace(text.find(from), from.size(), to));
+    const Outcome outcome = run("$TOFGRAPH merge numbers");
+    EXPECT_EQ(outcome.exit_code, 2) << to;
+    EXPECT_THAT(outcome.err, HasSubstr(message)) << to;
+  }
+}
+
 TEST_F(Reduce, RefusesOtherSettings) {
   copy("s", "settings");
   const std::string profile = std::string(TOFGRAPH_SOURCE_DIR) + "/devices/profiles/camcube2.yaml";
