@@ -351,6 +351,10 @@ TEST_F(Reduce, RefusesWrongShards) {
   }
   EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data s -o none --shard 1/2").err,
               HasSubstr("it divides the cases of --confidence"));
+  const Outcome limit = run(
+      "$TOFGRAPH diagnose --model ideal.yaml --data s -o none --confidence 2 --shard 1/2 --time-limit '5 min'");
+  EXPECT_EQ(limit.exit_code, 2);
+  EXPECT_THAT(limit.err, HasSubstr("--time-limit: error:"));
 }
 
 TEST_F(Reduce, NeverReplacesTheCampaignThatItReads) {
