@@ -33,6 +33,8 @@ void add_batch(CLI::App& app, Common& common) {
       ->check(whole_number(1, 1024));
   command->add_flag("--submit", arguments->submit,
                     "Submit what is not done; also for a folder that was written before");
+  command->add_flag("--force", arguments->force,
+                    "Replace the scripts of the same job; outputs and environment.sh stay");
   std::string* const status = &arguments->out;
   auto asked = std::make_shared<std::string>();
   CLI::Option* const state = command->add_option("--status", *asked, "Print what is done in this folder of a job")

@@ -14,7 +14,7 @@ struct BatchArguments {
   std::size_t shards = 0;      ///< 0: by the measured time
   std::size_t confidence = 0;  ///< injected cases
   unsigned threads = 1;        ///< of a task
-  bool submit = false, status = false, quiet = false;
+  bool submit = false, status = false, force = false, quiet = false;
 };
 
 /// Cost of reducing one condition, measured.

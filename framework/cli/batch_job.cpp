@@ -8,6 +8,7 @@
 #include "config/paths.hpp"
 #include "io/campaign.hpp"
 #include "io/output_file.hpp"
+#include "io/sha256.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -106,6 +107,13 @@ Plan plan_of(const BatchArguments& arguments, const fs::path& out) {
   return plan;
 }
 
+/// Assignments that say which results belong to the job: outputs of others must not count as done.
+std::string identity_text(const BatchArguments& a, const Plan& plan) {
+  return fmt::format("CAMPAIGN_SHA256={}\nMODEL_SHA256={}\nSHARDS={}\nCASES={}\nCASE_SHARDS={}\n",
+                     io::sha256_of_file(a.campaign), io::sha256_of_file(a.model), plan.shards, a.confidence,
+                     a.confidence);
+}
+
 /// Assignments that all scripts read.
 std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path& out) {
   const auto path = [](const fs::path& file) { return in_shell(fs::absolute(file).lexically_normal().string()); };
@@ -117,8 +125,7 @@ std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path&
                   plan.cost.memory_bytes / 1e6, plan.cost.bytes / 1e6);
   text += fmt::format("TOFGRAPH={}\nCAMPAIGN={}\nMODEL={}\nSTATS={}\nRESULT={}\n", path(own_program()),
                       path(a.campaign), path(a.model), path(out / "stats"), path(out / "result"));
-  text += fmt::format("SHARDS={}\nCASES={}\nCASE_SHARDS={}\nTHREADS={}\n", plan.shards, a.confidence, a.confidence,
-                      a.threads);
+  text += identity_text(a, plan) + fmt::format("THREADS={}\n", a.threads);
   text += fmt::format("# Limits, {:.0f} times what is expected; environment.sh may set others.\n", time_margin);
   text += fmt::format("REDUCE_TIME={}\nREDUCE_MEMORY={}\n", slurm_time(time_margin * a_shard),
                       slurm_memory(memory_margin * plan.cost.memory_bytes));
@@ -153,10 +160,20 @@ int make_job(const BatchArguments& arguments) {
   std::string problem = io::write_error(out / "plan.sh");
   if (problem.empty() && fs::exists(out) && !fs::is_empty(out) && !fs::exists(out / "plan.sh"))
     problem = fmt::format("the folder {} is not empty and not of a job", out.string());
+  else if (problem.empty() && fs::exists(out / "plan.sh") && !arguments.force)
+    problem = fmt::format(
+        "{} is a job already\n         to go on with it: tofgraph batch --submit -o {}; --force writes its scripts again",
+        out.string(), in_shell(arguments.out));
   if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   if (!fs::is_regular_file(arguments.model))
     throw config::ConfigurationError(fmt::format("--model: error: there is no file {}", arguments.model));
   const Plan plan = plan_of(arguments, out);
+  const std::string identity = identity_text(arguments, plan);
+  if (fs::exists(out / "plan.sh") && text_of(out / "plan.sh").find(identity) == std::string::npos)
+    throw config::ConfigurationError(
+        fmt::format("--out: error: the job in {} is of another campaign, model, number of tasks or of cases, as its "
+                    "plan.sh states\n         give another folder, or remove this one",
+                    out.string()));
   fs::create_directories(out / "log");
   const fs::path templates = config::template_folder() / "batch";
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"task.sh", "task.sh"},

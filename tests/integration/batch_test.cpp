@@ -28,7 +28,7 @@ TEST_F(Batch, LocalTasksGiveTheSameReport) {
 TEST_F(Batch, EnvironmentOfTheUserStays) {
   done(batch("local", "environment"));
   write_text(home() / "environment/environment.sh", "echo from the environment\nTOFGRAPH=false\n");
-  done(batch("local", "environment"));
+  done(batch("local", "environment") + " --force");
   EXPECT_NE(run("$TOFGRAPH batch --submit -o environment").exit_code, 0);
   EXPECT_THAT(read_text(home() / "environment/log/reduce-1.log"), HasSubstr("ends with exit code 1"));
   EXPECT_THAT(done("$TOFGRAPH batch --status environment").out, HasSubstr("failed: "));
@@ -55,6 +55,24 @@ TEST_F(Batch, SaysWhatIsWrong) {
   EXPECT_EQ(run("$TOFGRAPH batch c/campaign.yaml --model ideal.yaml -o c").exit_code, 2);
   EXPECT_THAT(run("$TOFGRAPH batch c/campaign.yaml --model ideal.yaml --shards 13 -o job").err,
               HasSubstr("13 tasks are more than the 12 conditions"));
+}
+
+TEST_F(Batch, KeepsAFolderToOneJob) {
+  done(batch("local", "kept"));
+  write_text(home() / "kept/task.sh", "# mine\n");
+  EXPECT_THAT(run(batch("local", "kept")).err, HasSubstr("kept is a job already"));
+  EXPECT_EQ(read_text(home() / "kept/task.sh"), "# mine\n");
+  write_text(home() / "other.yaml", read_text(home() / "ideal.yaml") + "# another\n");
+  std::string other_model = batch("local", "kept");
+  other_model.replace(other_model.find("ideal"), 5, "other");
+  for (const std::string& command : {other_model, batch("local", "kept", 5), batch("local", "kept", shards, 3)}) {
+    const Outcome outcome = run(command + " --force");
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_THAT(outcome.err, HasSubstr("of another campaign, model, number of tasks or of cases")) << command;
+    EXPECT_EQ(read_text(home() / "kept/task.sh"), "# mine\n");
+  }
+  done(batch("local", "kept") + " --force");
+  EXPECT_THAT(read_text(home() / "kept/task.sh"), HasSubstr("reduce"));
 }
 
 }  // namespace

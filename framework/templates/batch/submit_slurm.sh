@@ -16,10 +16,7 @@ submit() { # NAME MEMORY TIME [OPTION...]: adds a job that the next one waits fo
   echo "$name: job $id"
 }
 list=$(missing_shards | paste -sd, -)
-if [ -n "$list" ]; then
-  rm -f "$STATS/campaign.yaml"
-  submit reduce "$REDUCE_MEMORY" "$REDUCE_TIME" --array="$list"
-fi
+[ -z "$list" ] || submit reduce "$REDUCE_MEMORY" "$REDUCE_TIME" --array="$list"
 is_merged || submit merge "$REDUCE_MEMORY" "$REDUCE_TIME"
 list=$(missing_cases | paste -sd, -)
 [ -z "$list" ] || submit case "$DIAGNOSE_MEMORY" "$DIAGNOSE_TIME" --array="$list"
