@@ -88,11 +88,14 @@ TEST_F(BatchSlurm, SlurmGivesTheSameReport) {
     GTEST_SKIP() << "Slurm's daemons (slurm-wlm, munge) are not installed, or this user may not start them";
   const OneNodeSlurm slurm;
   if (!slurm.is_up()) GTEST_SKIP() << "Slurm does not start here: " << slurm.logs();
-  const Outcome submitted = slurm.run(batch("slurm", "slurm") + " --submit", home());
+  const Outcome submitted = slurm.run(batch("slurm", "'by slurm'") + " --submit", home());
   EXPECT_EQ(submitted.exit_code, 0) << submitted.err;
+  const Outcome twice = slurm.run("$TOFGRAPH batch --submit -o 'by slurm'", home());
+  EXPECT_NE(twice.exit_code, 0);
+  EXPECT_THAT(twice.err, HasSubstr("jobs of this folder still wait or run"));
   EXPECT_THAT(submitted.out, HasSubstr("diagnose: job"));
   ASSERT_TRUE(slurm.wait());
-  EXPECT_EQ(result_of("slurm/result"), result_of("whole")) << done("$TOFGRAPH batch --status slurm").out;
+  EXPECT_EQ(result_of("by slurm/result"), result_of("whole")) << done("$TOFGRAPH batch --status 'by slurm'").out;
 }
 
 TEST_F(BatchSlurm, SlurmAfterKills) {
@@ -127,12 +130,12 @@ TEST_F(BatchSlurm, SlurmAfterKills) {
       killed_tasks += kill.exit_code == 0 ? 1U : 0U;
       check();
     }
-    if (round % 4 == 3) {
+    if (round % 4 == 1) {
       slurm.kill_node();
       ++killed_nodes;
       slurm.start_node();
     }
-    slurm.wait();
+    EXPECT_TRUE(slurm.wait());
     check();
   }
   for (int i = 0; i < 5 && !fs::exists(home() / "killed/result/report.html"); ++i) {
@@ -143,6 +146,7 @@ TEST_F(BatchSlurm, SlurmAfterKills) {
   EXPECT_EQ(result_of("killed/result"), result_of("plain")) << done("$TOFGRAPH batch --status killed").out;
   EXPECT_EQ(statistics_in(home() / "killed/stats"), 12U);
   EXPECT_GE(killed_tasks, 5U);
+  EXPECT_GE(killed_nodes, 1U);
   RecordProperty("killed_tasks", static_cast<int>(killed_tasks));
   RecordProperty("killed_nodes", static_cast<int>(killed_nodes));
   std::cout << killed_tasks << " tasks and " << killed_nodes << " daemons of the node killed\n";
