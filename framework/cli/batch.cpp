@@ -50,6 +50,7 @@ void add_batch(CLI::App& app, Common& common) {
     if (!arguments->status && !again && arguments->model.empty()) throw CLI::RequiredError("--model FILE");
     common.command = [arguments, again, &common] {
       arguments->quiet = common.quiet;
+      arguments->plugin_path = common.plugin_path;
       if (arguments->status) return run_job_script(*arguments, "status.sh");
       if (const int code = again ? 0 : make_job(*arguments); code != 0) return code;
       return arguments->submit ? run_job_script(*arguments, "submit.sh") : 0;

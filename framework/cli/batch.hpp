@@ -6,14 +6,16 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace tofgraph::cli {
 
 struct BatchArguments {
   std::string campaign, model, engine = "slurm", out;
-  std::size_t shards = 0;      ///< 0: by the measured time
-  std::size_t confidence = 0;  ///< injected cases
-  unsigned threads = 1;        ///< of a task
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
+  std::size_t shards = 0;                          ///< 0: by the measured time
+  std::size_t confidence = 0;                      ///< injected cases
+  unsigned threads = 1;                            ///< of a task
   bool submit = false, status = false, force = false, quiet = false;
 };
 

@@ -36,8 +36,8 @@ TEST_F(Batch, EnvironmentOfTheUserStays) {
 
 TEST_F(Batch, ParallelTasksGiveTheSameReport) {
   if (!is_installed("parallel")) GTEST_SKIP() << "GNU parallel is not installed";
-  done(batch("parallel", "parallel") + " --submit");
-  EXPECT_EQ(result_of("parallel/result"), result_of("whole"));
+  done(batch("parallel", "'in parallel'") + " --submit");
+  EXPECT_EQ(result_of("in parallel/result"), result_of("whole"));
 }
 
 TEST_F(Batch, SnakemakeGivesTheSameReport) {
@@ -48,6 +48,17 @@ TEST_F(Batch, SnakemakeGivesTheSameReport) {
   EXPECT_EQ(result_of("snake/result"), result_of("snake/other"));
 }
 
+TEST_F(Batch, PlanHasThePluginPathAndTheMemoryOfThreads) {
+  done(batch("local", "one_thread"));
+  done(batch("local", "planned", 3) + " --plugin-path 'my plugins' --threads 16");
+  const Outcome path = run(". planned/plan.sh; env | grep TOFGRAPH_PLUGIN_PATH");
+  EXPECT_THAT(path.out, HasSubstr("=" + (home() / "my plugins").string()));
+  const auto memory = [](const std::string& job) {
+    return std::stod(run(". " + job + "/plan.sh; echo $REDUCE_MEMORY").out);
+  };
+  EXPECT_GE(memory("planned"), memory("one_thread"));  // of the four conditions of a task, not of 16
+}
+
 TEST_F(Batch, SaysWhatIsWrong) {
   EXPECT_THAT(run("$TOFGRAPH batch --status c").err, HasSubstr("c is not a job"));
   EXPECT_EQ(run("$TOFGRAPH batch c/campaign.yaml --model none.yaml -o job").exit_code, 2);
@@ -55,6 +66,11 @@ TEST_F(Batch, SaysWhatIsWrong) {
   EXPECT_EQ(run("$TOFGRAPH batch c/campaign.yaml --model ideal.yaml -o c").exit_code, 2);
   EXPECT_THAT(run("$TOFGRAPH batch c/campaign.yaml --model ideal.yaml --shards 13 -o job").err,
               HasSubstr("13 tasks are more than the 12 conditions"));
+  for (const std::string job : {"\"it's\"", "50%", "'{job}'", "'a\"b'", "'a\\b'"}) {
+    const Outcome outcome = run(batch("slurm", job));
+    EXPECT_EQ(outcome.exit_code, 2) << job;
+    EXPECT_THAT(outcome.err, HasSubstr("--out: error:")) << job;
+  }
 }
 
 TEST_F(Batch, KeepsAFolderToOneJob) {
