@@ -49,14 +49,15 @@ TEST_F(Batch, SnakemakeGivesTheSameReport) {
 }
 
 TEST_F(Batch, PlanHasThePluginPathAndTheMemoryOfThreads) {
+  fs::create_directory(home() / "my plugins");
   done(batch("local", "one_thread"));
-  done(batch("local", "planned", 3) + " --plugin-path 'my plugins' --threads 16");
+  done(batch("local", "planned", 2) + " --plugin-path 'my plugins' --threads 16");
   const Outcome path = run(". planned/plan.sh; env | grep TOFGRAPH_PLUGIN_PATH");
   EXPECT_THAT(path.out, HasSubstr("=" + (home() / "my plugins").string()));
   const auto memory = [](const std::string& job) {
     return std::stod(run(". " + job + "/plan.sh; echo $REDUCE_MEMORY").out);
   };
-  EXPECT_GE(memory("planned"), memory("one_thread"));  // of the four conditions of a task, not of 16
+  EXPECT_GT(memory("planned"), memory("one_thread"));
 }
 
 TEST_F(Batch, SaysWhatIsWrong) {
