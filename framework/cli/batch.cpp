@@ -33,6 +33,8 @@ void add_batch(CLI::App& app, Common& common) {
       ->check(whole_number(1, 1024));
   command->add_flag("--submit", arguments->submit,
                     "Submit what is not done; also for a folder that was written before");
+  command->add_flag("--force", arguments->force,
+                    "Replace the scripts of the same job; outputs and environment.sh stay");
   std::string* const status = &arguments->out;
   auto asked = std::make_shared<std::string>();
   CLI::Option* const state = command->add_option("--status", *asked, "Print what is done in this folder of a job")
@@ -48,6 +50,7 @@ void add_batch(CLI::App& app, Common& common) {
     if (!arguments->status && !again && arguments->model.empty()) throw CLI::RequiredError("--model FILE");
     common.command = [arguments, again, &common] {
       arguments->quiet = common.quiet;
+      arguments->plugin_path = common.plugin_path;
       if (arguments->status) return run_job_script(*arguments, "status.sh");
       if (const int code = again ? 0 : make_job(*arguments); code != 0) return code;
       return arguments->submit ? run_job_script(*arguments, "submit.sh") : 0;

@@ -6,15 +6,17 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace tofgraph::cli {
 
 struct BatchArguments {
   std::string campaign, model, engine = "slurm", out;
-  std::size_t shards = 0;      ///< 0: by the measured time
-  std::size_t confidence = 0;  ///< injected cases
-  unsigned threads = 1;        ///< of a task
-  bool submit = false, status = false, quiet = false;
+  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
+  std::size_t shards = 0;                          ///< 0: by the measured time
+  std::size_t confidence = 0;                      ///< injected cases
+  unsigned threads = 1;                            ///< of a task
+  bool submit = false, status = false, force = false, quiet = false;
 };
 
 /// Cost of reducing one condition, measured.

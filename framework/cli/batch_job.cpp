@@ -8,6 +8,7 @@
 #include "config/paths.hpp"
 #include "io/campaign.hpp"
 #include "io/output_file.hpp"
+#include "io/sha256.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -38,7 +39,7 @@ constexpr double time_margin = 4, memory_margin = 2;
 constexpr double shard_seconds = 600;                    // wanted of one task of reduce
 constexpr double min_task_seconds = 600;                 // requested of any task
 constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, likewise
-// Of diagnose, one condition: docs/large_campaigns.md.
+// Cost of one condition in diagnose: docs/large_campaigns.md.
 constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
 
 /// A child's exit code, with what it took. @param log receives its output
@@ -106,22 +107,36 @@ Plan plan_of(const BatchArguments& arguments, const fs::path& out) {
   return plan;
 }
 
+/// Assignments that say which results belong to the job: outputs of others must not count as done.
+std::string identity_text(const BatchArguments& a, const Plan& plan) {
+  return fmt::format("CAMPAIGN_SHA256={}\nMODEL_SHA256={}\nSHARDS={}\nCASES={}\nCASE_SHARDS={}\n",
+                     io::sha256_of_file(a.campaign), io::sha256_of_file(a.model), plan.shards, a.confidence,
+                     a.confidence);
+}
+
 /// Assignments that all scripts read.
 std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path& out) {
   const auto path = [](const fs::path& file) { return in_shell(fs::absolute(file).lexically_normal().string()); };
   const double a_shard = plan.cost.seconds * plan.bytes / plan.cost.bytes / static_cast<double>(plan.shards);
   const auto conditions = static_cast<double>(plan.conditions);
+  // One condition was measured, and each thread has one.
+  const double at_once = std::min<double>(a.threads, std::ceil(conditions / static_cast<double>(plan.shards)));
   std::string text =
       fmt::format("# {} of {:.3g} MB in all. Measured: {:.3g} s and {:.0f} MB of memory for a capture of {:.3g} MB.\n",
                   config::counted(plan.conditions, "condition"), plan.bytes / 1e6, plan.cost.seconds,
                   plan.cost.memory_bytes / 1e6, plan.cost.bytes / 1e6);
   text += fmt::format("TOFGRAPH={}\nCAMPAIGN={}\nMODEL={}\nSTATS={}\nRESULT={}\n", path(own_program()),
                       path(a.campaign), path(a.model), path(out / "stats"), path(out / "result"));
-  text += fmt::format("SHARDS={}\nCASES={}\nCASE_SHARDS={}\nTHREADS={}\n", plan.shards, a.confidence, a.confidence,
-                      a.threads);
-  text += fmt::format("# Limits, {:.0f} times what is expected; environment.sh may set others.\n", time_margin);
+  std::string plugins;
+  for (const fs::path& folder : a.plugin_path) plugins += path(folder) + ":";
+  if (!plugins.empty()) text += fmt::format("export TOFGRAPH_PLUGIN_PATH={}\"$TOFGRAPH_PLUGIN_PATH\"\n", plugins);
+  text += identity_text(a, plan) + fmt::format("THREADS={}\n", a.threads);
+  text += fmt::format(
+      "# Limits: {:.0f} times the time and {:.0f} times the memory that are expected; environment.sh may "
+      "set others.\n",
+      time_margin, memory_margin);
   text += fmt::format("REDUCE_TIME={}\nREDUCE_MEMORY={}\n", slurm_time(time_margin * a_shard),
-                      slurm_memory(memory_margin * plan.cost.memory_bytes));
+                      slurm_memory(memory_margin * at_once * plan.cost.memory_bytes));
   text += fmt::format("DIAGNOSE_TIME={}\nDIAGNOSE_MEMORY={}\n", slurm_time(time_margin * search_seconds * conditions),
                       slurm_memory(memory_margin * search_bytes * conditions));
   return text;
@@ -153,10 +168,25 @@ int make_job(const BatchArguments& arguments) {
   std::string problem = io::write_error(out / "plan.sh");
   if (problem.empty() && fs::exists(out) && !fs::is_empty(out) && !fs::exists(out / "plan.sh"))
     problem = fmt::format("the folder {} is not empty and not of a job", out.string());
+  else if (problem.empty() && fs::exists(out / "plan.sh") && !arguments.force)
+    problem = fmt::format(
+        "{} is a job already\n         to go on with it: tofgraph batch --submit -o {}; --force writes its scripts "
+        "again",
+        out.string(), in_shell(arguments.out));
+  if (problem.empty() && out.string().find_first_of("'\"`$\\%{}\n") != std::string::npos)
+    problem = fmt::format(
+        "{} has a character of ' \" ` $ \\ % {{ }} or a line break, which scripts of engines read otherwise",
+        out.string());
   if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   if (!fs::is_regular_file(arguments.model))
     throw config::ConfigurationError(fmt::format("--model: error: there is no file {}", arguments.model));
   const Plan plan = plan_of(arguments, out);
+  const std::string identity = identity_text(arguments, plan);
+  if (fs::exists(out / "plan.sh") && text_of(out / "plan.sh").find(identity) == std::string::npos)
+    throw config::ConfigurationError(
+        fmt::format("--out: error: the job in {} is of another campaign, model, number of tasks or of cases, as its "
+                    "plan.sh states\n         give another folder, or remove this one",
+                    out.string()));
   fs::create_directories(out / "log");
   const fs::path templates = config::template_folder() / "batch";
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"task.sh", "task.sh"},

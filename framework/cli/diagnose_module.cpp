@@ -98,6 +98,10 @@ void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
 /// The shard of the cases, once it is known that its results can be written.
 config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& cases) {
   const config::Shard shard = config::parse_shard(arguments.shard);
+  if (!arguments.time_limit.empty() && (!shard.is_whole() || config::ranks().size() > 1))
+    throw config::ConfigurationError(
+        "--time-limit: error: the cases of shards and ranks need the whole search, which a limit may cut short\n"
+        "         leave out --time-limit, or run one process without --shard");
   if (shard.is_whole()) {
     check_outputs(arguments);
     return shard;

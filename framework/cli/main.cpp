@@ -110,7 +110,11 @@ int run_program(int argc, char** argv) {
     common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
       if (!common.quiet) cli::print_message("warning: " + problem);
     });
-    common.quiet |= config::ranks().rank() != 0;  // the first one speaks for all
+    common.quiet |= config::ranks().rank() != 0;  // rank 0 prints for all
+    if (config::ranks().size() > 1 && !app.got_subcommand("reduce") && !app.got_subcommand("diagnose"))
+      throw config::ConfigurationError(
+          "tofgraph: error: MPI divides the work of reduce and diagnose alone, every rank would do all of this command"
+          "\n         start it without mpirun");
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help, version

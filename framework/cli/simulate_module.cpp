@@ -42,7 +42,7 @@ std::string preview_of(const Simulation& simulation) {
                                 distance, amplitude, points});
 }
 
-void check_outputs(const SimulateArguments& arguments, bool campaign) {
+void check_outputs(const SimulateArguments& arguments, bool campaign, bool whole) {
   const auto refuse = [](const char* option, const std::string& problem) {
     if (!problem.empty()) throw config::ConfigurationError(fmt::format("{}: error: {}", option, problem));
   };
@@ -58,7 +58,7 @@ void check_outputs(const SimulateArguments& arguments, bool campaign) {
   std::error_code error;
   if (fs::exists(out, error) && !fs::is_directory(out, error))
     refuse("--out", fmt::format("{} is a file; a scene with a sequence makes a folder", out.string()));
-  if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force && arguments.shard.empty())
+  if (fs::is_directory(out, error) && !fs::is_empty(out, error) && !arguments.force && whole)
     refuse("--out", fmt::format("the folder {} is not empty\n         --force replaces the files of a campaign in it",
                                 out.string()));
 }
@@ -77,7 +77,7 @@ int simulate(const SimulateArguments& arguments) {
     throw config::ConfigurationError(
         campaign ? "--shard: error: shards keep what is there and cannot be used with --force"
                  : "--shard: error: the scene has no sequence, so that it has one condition, which cannot be divided");
-  check_outputs(arguments, campaign);
+  check_outputs(arguments, campaign, shard.is_whole());
   if (!arguments.preview.empty()) {
     io::write_file(arguments.preview, preview_of(*simulation));
     if (!arguments.quiet) print_message(fmt::format("wrote {}: a picture of the first frame", arguments.preview));

@@ -31,13 +31,12 @@ std::string Shard::text() const { return fmt::format("{}/{}", index + 1, count);
 
 Shard parse_shard(const std::string& text) {
   if (text.empty()) return {};
-  constexpr std::size_t max_shards = 1000000;
   const std::string_view view = text;
   const std::size_t slash = view.find('/');
   Shard shard;
   if (slash != std::string_view::npos && read_number(view.substr(0, slash), shard.index) &&
       read_number(view.substr(slash + 1), shard.count) && shard.index >= 1 && shard.index <= shard.count &&
-      shard.count <= max_shards) {
+      shard.count <= Shard::max_count) {
     --shard.index;
     return shard;
   }

@@ -12,6 +12,7 @@ namespace tofgraph::config {
 
 /// Part of a list of tasks: every `count`-th one, from `index` on. The default is the whole list.
 struct Shard {
+  static constexpr std::size_t max_count = 1000000;
   std::size_t index = 0, count = 1;
 
   bool has(std::size_t task) const { return task % count == index; }

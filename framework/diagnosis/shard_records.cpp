@@ -67,8 +67,13 @@ ShardRecord read_record(const fs::path& file) {
     record.campaign = j.at("campaign").get<std::string>();
     record.campaign_sha256 = j.at("campaign_sha256");
     record.conditions = j.at("conditions");
-    record.shard = {j.at("shard").get<std::size_t>() - 1, j.at("shards")};
+    const auto number = j.at("shard").get<std::int64_t>(), shards = j.at("shards").get<std::int64_t>();
+    if (number < 1 || number > shards || shards > std::int64_t{config::Shard::max_count})
+      fail(fmt::format("states the shard {} of {}", number, shards));
+    record.shard = {static_cast<std::size_t>(number - 1), static_cast<std::size_t>(shards)};
     record.reduced = list_of(j.at("reduced"));
+    for (const ReducedCondition& c : record.reduced)
+      if (c.index >= record.conditions) fail(fmt::format("has condition {} of {}", c.index, record.conditions));
   } catch (const json::exception& error) {
     fail(fmt::format("cannot be read: {}", error.what()));
   }

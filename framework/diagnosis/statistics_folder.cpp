@@ -36,6 +36,27 @@ fs::path statistics_path(const fs::path& folder, const std::string& key) {
   return folder / (key + io::statistics_extension);
 }
 
+/// True for a campaign that `merge -o` made, which has no records beside it.
+bool is_of_statistics(const fs::path& file) {
+  config::Diagnostics diagnostics;
+  const io::Campaign campaign = io::read_campaign(file, diagnostics, io::Captures::may_be_missing);
+  return diagnostics.ok() && std::ranges::all_of(campaign.conditions, [](const io::Condition& c) {
+           return c.capture.extension() == io::statistics_extension;
+         });
+}
+
+/// Refuses a folder whose campaign.yaml cannot be written, is the campaign itself or was written by someone else.
+/// @throws config::ConfigurationError
+void check_out(const fs::path& out, const fs::path& campaign) {
+  const fs::path file = out / campaign_file;
+  const std::array<fs::path, 1> inputs = {campaign};
+  std::string problem = io::input_problem(file, inputs);
+  if (problem.empty()) problem = io::write_error(file);
+  if (problem.empty() && fs::exists(file) && !fs::exists(out / "shards") && !is_of_statistics(file))
+    problem = fmt::format("{} is a campaign that was not made by reduce", file.string());
+  if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+}
+
 /// A campaign with captures of some conditions that were checked. @param shard whose captures are checked
 io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
   config::Diagnostics diagnostics;
@@ -65,12 +86,7 @@ class ShardReduction {
  public:
   explicit ShardReduction(const ReduceOptions& options)
       : options_(options), campaign_(read_checked(options.campaign, options.shard)) {
-    const std::array<fs::path, 1> inputs = {options.campaign};
-    std::string problem = io::input_problem(options.out / campaign_file, inputs);
-    if (problem.empty()) problem = io::write_error(options.out / campaign_file);
-    if (problem.empty() && fs::exists(options.out / campaign_file) && !fs::exists(options.out / "shards"))
-      problem = fmt::format("{} is a campaign that was not made by reduce", (options.out / campaign_file).string());
-    if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+    check_out(options.out, options.campaign);
     record_.campaign = fs::absolute(options.campaign).lexically_normal();
     record_.campaign_sha256 = io::sha256_of_file(options.campaign);
     record_.conditions = campaign_.conditions.size();
@@ -83,6 +99,7 @@ class ShardReduction {
 
   ReduceResult run() {
     const config::Ranks& ranks = config::ranks();
+    if (ranks.rank() == 0) fs::remove(options_.out / campaign_file);  // while the statistics change there is none
     std::vector<std::size_t> own;
     std::size_t count = 0;
     for (std::size_t i = 0; i < campaign_.conditions.size(); ++i) {
@@ -148,13 +165,12 @@ class ShardReduction {
     const fs::path file = statistics_path(options_.out, one.key);
     if (is_whole(file)) return one;
     const std::string shown = capture.lexically_proximate(record_.campaign.parent_path()).generic_string();
-    io::write_statistics(file, reduce_capture(condition, *campaign_.camera, shown, one.sha256));
+    const io::Statistics statistics = reduce_capture(condition, *campaign_.camera, shown, one.sha256);
     ReducedCondition now = one;
     set_file_state(capture, now);
-    if (now.bytes != one.bytes || now.modified_ns != one.modified_ns) {
-      fs::remove(file);
+    if (now.bytes != one.bytes || now.modified_ns != one.modified_ns)
       throw std::runtime_error(fmt::format("{} changed while it was reduced", capture.string()));
-    }
+    io::write_statistics(file, statistics);
     const std::lock_guard lock(mutex_);
     ++result_.made;
     return one;
@@ -201,9 +217,14 @@ class Merge {
   }
 
   std::size_t write(const fs::path& out) const {
+    check_out(out, records_.front().campaign);
     config::Diagnostics diagnostics;
     io::Campaign campaign = io::read_campaign(records_.front().campaign, diagnostics, io::Captures::may_be_missing);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+    if (campaign.conditions.size() != found_.size())
+      refuse(fmt::format("{} states {} conditions, the campaign has {}", records_.front().file.string(), found_.size(),
+                         campaign.conditions.size()),
+             again(records_.front()));
     const fs::path profile = records_.front().campaign.parent_path() / campaign.camera_name;
     if (fs::is_regular_file(profile))
       campaign.camera_name =
@@ -238,7 +259,7 @@ class Merge {
         refuse(
             fmt::format("the campaign {} has changed since shard {} was reduced", r.campaign.string(), r.shard.text()),
             again(r));
-      if (r.campaign_sha256 != first.campaign_sha256)
+      if (r.campaign_sha256 != first.campaign_sha256 || r.conditions != first.conditions)
         refuse(fmt::format("{} and {} are of different campaigns", first.file.string(), r.file.string()),
                "merge shards of one campaign");
     }

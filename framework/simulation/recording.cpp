@@ -167,13 +167,22 @@ bool is_recorded(const Simulation& simulation, std::size_t index, const std::fil
   throw std::runtime_error(capture.string() + " is there and was made of another scene, model or seed: remove it");
 }
 
+/// Conditions that were recorded before, by shards. @throws std::runtime_error for a capture of something else
+std::vector<char> recorded_before(const Simulation& simulation, const std::vector<io::Condition>& conditions,
+                                  const RecordingOptions& options) {
+  std::vector<char> recorded(conditions.size(), 0);
+  if (options.shard.is_whole()) return recorded;
+  for (std::size_t i = 0; i < conditions.size(); ++i)
+    recorded[i] = is_recorded(simulation, i, conditions[i].capture, options) ? 1 : 0;
+  return recorded;
+}
+
 /// Records the conditions of a shard. What is whole stays; a recording that was interrupted begins again.
 void record_shard(const Simulation& simulation, const std::vector<io::Condition>& conditions,
-                  const RecordingOptions& options) {
+                  const std::vector<char>& recorded, const RecordingOptions& options) {
   tbb::parallel_for(std::size_t{0}, conditions.size(), [&](std::size_t i) {
     const std::filesystem::path& capture = conditions[i].capture;
-    if (!options.shard.has(i)) return;
-    if (!options.shard.is_whole() && is_recorded(simulation, i, capture, options)) return;
+    if (!options.shard.has(i) || recorded[i] != 0) return;
     const std::filesystem::path part = io::CaptureWriter::part_of(capture);
     if (!options.shard.is_whole() && std::filesystem::exists(part) && !io::CaptureWriter::is_at_work(part))
       std::filesystem::remove(part);
@@ -193,14 +202,15 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
   campaign.camera_name = camera_name_in(simulation.scene(), folder);
   campaign.pattern = pattern_of(simulation.scene());
   campaign.conditions.assign(simulation.conditions().begin(), simulation.conditions().end());
+  for (io::Condition& condition : campaign.conditions) condition.capture = folder / "captures" / (condition.id + ".h5");
+  const std::vector<char> recorded = recorded_before(simulation, campaign.conditions, options);
   for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
     io::Condition& condition = campaign.conditions[i];
-    condition.capture = folder / "captures" / (condition.id + ".h5");
     if (is_plain_board(simulation.conditions()[i])) continue;
     condition.scene = folder / "scenes" / (condition.id + ".yaml");
     io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
   }
-  record_shard(simulation, campaign.conditions, options);
+  record_shard(simulation, campaign.conditions, recorded, options);
   // Each shard looks after its last capture has its name, so that the one that ends last sees all.
   if (!std::ranges::all_of(campaign.conditions, [](const io::Condition& c) { return exists(c.capture); })) return;
   io::write_campaign(campaign, folder / "campaign.yaml");

@@ -1,15 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns in parts: statistics in place of captures, shards in any order, kills, full disks, and the same bits.
-// Slow: Reduce.*SameReport*:Reduce.*Killed*:Reduce.*Cases*
+// Slow: Reduce.*SameReport*:Reduce.*SameFiles*:Reduce.*Killed*:Reduce.*Cases*
+// Slow: Reduce.*ShardsOf*:Reduce.Simulates*:Reduce.Redoes*
 // Rooms: diagnosis simulation
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
+#include "tests/reduced_campaign.hpp"
 
-#include "tests/unit/full_disk.hpp"
-
-#include <algorithm>
+#include <map>
 #include <random>
 
 using namespace tofgraph::tests;
@@ -18,65 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t conditions = 12;
-
-class Reduce : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    home_ = std::make_unique<TemporaryFolder>();
-    write_text(home() / "scene.yaml",
-               "scene: 1\nname: small campaign\ncamera: camcube2\nframes: 3\noutput: taps\nseed: 3\n"
-               "model: {light: reference, effects: [{effect: wiggling, amplitude: 6 mm, phase: 0.4 rad}]}\n"
-               "objects:\n  - {name: board, type: board, distance: 500 mm, reflectivity: 0.8}\n"
-               "sequence:\n"
-               "  - {key: board.distance, values: [600 mm, 800 mm, 1000 mm, 1200 mm, 1400 mm, 1600 mm]}\n"
-               "  - {key: integration_time, values: [0.5 ms, 1 ms]}\n");
-    write_text(home() / "ideal.yaml", "model: 1\ncamera: camcube2\nlight: reference\neffects: []\n");
-    done("$TOFGRAPH simulate scene.yaml -o c --quiet");
-    done("$TOFGRAPH reduce c/campaign.yaml -o s --quiet");
-  }
-  static void TearDownTestSuite() { home_.reset(); }
-
-  static fs::path home() { return home_->path(); }
-  static Outcome run(const std::string& command) { return shell(command, home()); }
-  static Outcome done(const std::string& command) {
-    Outcome outcome = run(command);
-    EXPECT_EQ(outcome.exit_code, 0) << command << "\n" << outcome.err;
-    return outcome;
-  }
-  /// The report of a search without the name and hash of the campaign's own file, and the model.
-  static std::string result_of(const std::string& folder) {
-    nlohmann::json report = nlohmann::json::parse(read_text(home() / folder / "report.json"));
-    EXPECT_GE(report["inputs"].size(), 2 + conditions);
-    report["inputs"].erase(1);
-    return report.dump(1) + read_text(home() / folder / "model.yaml");
-  }
-  static void search(const std::string& data, const std::string& out, const std::string& more = "") {
-    done("$TOFGRAPH diagnose --model ideal.yaml --data " + data + " -o " + out + " --quiet " + more);
-  }
-  /// Path of the first statistics file.
-  static fs::path first_file(const std::string& folder) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(home() / folder))
-      if (entry.path().extension() == ".stats") files.push_back(entry.path());
-    std::ranges::sort(files);
-    return files.at(0);
-  }
-  static void copy(const std::string& from, const std::string& to) {
-    fs::remove_all(home() / to);
-    fs::copy(home() / from, home() / to, fs::copy_options::recursive);
-  }
-  static void damage(const fs::path& file, std::streamoff at) {
-    std::fstream stream(file, std::ios::in | std::ios::out | std::ios::binary);
-    stream.seekg(at);
-    const char byte = static_cast<char>(stream.get() ^ 0x10);
-    stream.seekp(at);
-    stream.put(byte);
-  }
-
- private:
-  static inline std::unique_ptr<TemporaryFolder> home_;
-};
+using Reduce = ReducedCampaign;
 
 TEST_F(Reduce, SameReportFromStatisticsAsFromCaptures) {
   search("c/campaign.yaml", "from_captures");
@@ -103,6 +42,25 @@ TEST_F(Reduce, SameReportWithPatternsOfPixels) {
   search("ps", "pattern_statistics");
   EXPECT_EQ(result_of("pattern_captures"), result_of("pattern_statistics"));
   EXPECT_THAT(result_of("pattern_captures"), HasSubstr("fixed_pattern"));
+}
+
+TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
+  // Also with a profile beside the campaign, which the folder of statistics refers to.
+  copy("c", "shared");
+  done("sed 's/^name: .*/name: camcube2/' " TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml > shared/my.yaml");
+  std::string text = "campaign: 1\ncamera: ./my.yaml\nconditions:\n";
+  for (const std::string& name : listing(home() / "c/captures"))
+    for (const std::string frames : {"[0, 1]", "[2, 2]"})
+      text += "  - {id: \"" + name + frames + "\", capture: captures/" + name + ", frames: " + frames +
+              ", board: {distance: " + name.substr(5, name.find("mm") - 5) + " mm}, target: white}\n";
+  write_text(home() / "shared/campaign.yaml", text);
+  EXPECT_THAT(done("$TOFGRAPH reduce shared/campaign.yaml -o shared_s").err, HasSubstr("24 reduced"));
+  search("shared/campaign.yaml", "shared_captures");
+  search("shared_s", "shared_statistics");
+  EXPECT_EQ(result_of("shared_captures"), result_of("shared_statistics"));
+  done("sed -i 's/frames: \\[2, 2\\]/frames: [1, 2]/' shared_s/campaign.yaml");
+  EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data shared_s -o none").err,
+              HasSubstr("now 'frames 1 to 2', then 'frames 2 to 2'"));
 }
 
 TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {
@@ -166,6 +124,19 @@ TEST_F(Reduce, SimulatesTheSameBytesInShards) {
   const Outcome other = run("$TOFGRAPH simulate other.yaml -o simulated --shard 1/3");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("made of another scene, model or seed"));
+  EXPECT_EQ(run("$TOFGRAPH simulate scene.yaml -o simulated --shard 1/1").exit_code, 2);
+}
+
+TEST_F(Reduce, ShardsOfAnotherSceneReplaceNoSceneFile) {
+  std::string scene = read_text(home() / "scene.yaml");
+  scene.replace(scene.find("sequence:"), 0, "  - {name: wall, type: board, distance: 3 m, reflectivity: 0.5}\n");
+  write_text(home() / "walled.yaml", scene);
+  done("$TOFGRAPH simulate walled.yaml -o walled --quiet --shard 2/2");
+  const fs::path file = home() / "walled/scenes" / listing(home() / "walled/scenes").at(0);
+  const std::string before = read_text(file);
+  done("sed -i 's/distance: 3 m/distance: 4 m/' walled.yaml");
+  EXPECT_EQ(run("$TOFGRAPH simulate walled.yaml -o walled --shard 1/2").exit_code, 1);
+  EXPECT_EQ(read_text(file), before);
 }
 
 TEST_F(Reduce, CasesOfShardsGiveTheSameReport) {
@@ -218,98 +189,6 @@ TEST_F(Reduce, FullDiskKeepsWhatIsWhole) {
   }
   EXPECT_GE(kept, 1U);
   EXPECT_THAT(run(reduce).err, HasSubstr(std::to_string(kept) + " there before"));
-}
-
-// ---- Bad input: one clear error each ----
-
-TEST_F(Reduce, RefusesAReadOnlyFolder) {
-  const SmallDisk disk("1m");
-  if (!disk.available() || !disk.make_read_only()) GTEST_SKIP() << "no rights to mount a small disk";
-  const Outcome outcome = run("$TOFGRAPH reduce c/campaign.yaml -o " + (disk.path() / "s").string());
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("--out: error:"));
-}
-
-TEST_F(Reduce, NamesMissingShards) {
-  done("$TOFGRAPH reduce c/campaign.yaml --quiet -o missing --shard 2/4");
-  const Outcome merge = run("$TOFGRAPH merge missing");
-  EXPECT_EQ(merge.exit_code, 2);
-  EXPECT_THAT(merge.err, HasSubstr("3 of 12 conditions have statistics; missing shards: 1/4, 3/4, 4/4"));
-  const Outcome search = run("$TOFGRAPH diagnose --model ideal.yaml --data missing -o none");
-  EXPECT_EQ(search.exit_code, 2);
-  EXPECT_THAT(search.err, HasSubstr("lacks the shards 1/4, 3/4, 4/4"));
-}
-
-TEST_F(Reduce, RefusesCapturesThatHaveChanged) {
-  copy("c", "changed");
-  done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 1/2");
-  done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 2/2");
-  const std::string name = listing(home() / "changed/captures").front();
-  done("touch changed/captures/" + name);  // another time and the same content is no change
-  done("$TOFGRAPH merge --quiet changed_s");
-  damage(home() / "changed/captures" / name, 300000);
-  const Outcome merge = run("$TOFGRAPH merge changed_s");
-  EXPECT_EQ(merge.exit_code, 2);
-  EXPECT_THAT(merge.err, HasSubstr(name + " has changed since shard 1/2 was reduced"));
-}
-
-TEST_F(Reduce, RefusesACampaignThatHasChanged) {
-  copy("c", "edited");
-  done("$TOFGRAPH reduce edited/campaign.yaml --quiet -o edited_s --shard 1/1");
-  done("$TOFGRAPH reduce edited/campaign.yaml --quiet -o edited_2 --shard 1/2");
-  done("sed -i 's/600 mm/601 mm/' edited/campaign.yaml");
-  EXPECT_THAT(run("$TOFGRAPH merge edited_2").err, HasSubstr("has changed since shard 1/2 was reduced"));
-  // Places of boards are not in the statistics: none is made again.
-  EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err, HasSubstr("0 reduced, 12 there before"));
-}
-
-TEST_F(Reduce, RefusesOtherSettings) {
-  copy("s", "settings");
-  const std::string profile = std::string(TOFGRAPH_SOURCE_DIR) + "/devices/profiles/camcube2.yaml";
-  done("sed 's/full_well: .*/full_well: 20000 counts/' " + profile + " > settings/camera.yaml");
-  done("sed -i 's/^camera: .*/camera: .\\/camera.yaml/' settings/campaign.yaml");
-  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data settings -o none");
-  EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("was made with other settings: now 'full_well 20000', then 'full_well 30000'"));
-}
-
-TEST_F(Reduce, RefusesAnotherCamera) {
-  copy("s", "camera");
-  done("sed -i 's/^camera: .*/camera: o3d303/' camera/campaign.yaml");
-  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data camera -o none");
-  EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("'o3d303'"));
-}
-
-TEST_F(Reduce, RefusesAnotherVersion) {
-  copy("s", "version");
-  const fs::path file = first_file("version");
-  std::string bytes = read_text(file);
-  bytes.replace(bytes.find("statistics 1"), 12, "statistics 2");
-  write_text(file, bytes);
-  const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data version -o none");
-  EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("is of version 2 of the format, this program reads version 1"));
-}
-
-TEST_F(Reduce, RefusesWrongShards) {
-  for (const std::string shard : {"0/2", "3/2", "1", "a/b", "1/2/3", "-1/2"}) {
-    const Outcome outcome = run("$TOFGRAPH reduce c/campaign.yaml -o none --shard=" + shard);
-    EXPECT_EQ(outcome.exit_code, 2) << shard;
-    EXPECT_THAT(outcome.err, HasSubstr("expected I/N")) << shard;
-  }
-  EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data s -o none --shard 1/2").err,
-              HasSubstr("it divides the cases of --confidence"));
-}
-
-TEST_F(Reduce, NeverReplacesTheCampaignThatItReads) {
-  EXPECT_EQ(run("$TOFGRAPH reduce c/campaign.yaml -o c").exit_code, 2);
-  EXPECT_THAT(read_text(home() / "c/campaign.yaml"), HasSubstr(".h5"));
-}
-
-TEST_F(Reduce, OtherCommandsSayThatTheyNeedCaptures) {
-  EXPECT_THAT(run("$TOFGRAPH calibrate offset s/campaign.yaml -o none.yaml").err,
-              HasSubstr("holds statistics of a capture, which only diagnose reads"));
 }
 
 }  // namespace

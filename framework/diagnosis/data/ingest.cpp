@@ -261,9 +261,9 @@ std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data
   const auto add = [&](const fs::path& file) {
     std::error_code error;
     if (file.empty() || !fs::is_regular_file(file, error) || !seen.insert(file).second) return;
-    if (io::is_statistics(file)) {  // the report names the capture, whose content decides
+    if (io::is_statistics(file)) {  // the report names the capture, once, whose content decides
       const io::StatisticsHeader header = io::read_statistics_header(file);
-      inputs.push_back({header.capture, header.capture_sha256});
+      if (seen.insert(header.capture).second) inputs.push_back({header.capture, header.capture_sha256});
       return;
     }
     inputs.push_back(

@@ -26,7 +26,7 @@ bool right(const SearchResult& result, const Candidate& truth) {
   return !result.found.empty() && std::ranges::all_of(result.found, is_right);
 }
 
-/// One text for the cases of this rank, and back.
+/// Text of the cases of this rank, and back.
 std::string text_of(const std::map<std::size_t, CaseOutcome>& cases) {
   std::string text;
   for (const auto& [k, outcome] : cases) text += fmt::format("{} {:d} {:d}\n", k, outcome.named, outcome.right);
@@ -64,15 +64,19 @@ Confidence confidence(const Problem& problem, const std::vector<Term>& model,
   std::map<std::size_t, CaseOutcome> outcomes;
   std::size_t turn = 0;
   for (std::size_t k = 0; k < cases; ++k) {
+    // The turn does not depend on the files, which other ranks and runs write meanwhile.
+    const bool mine = division.shard.has(k) && turn++ % ranks.size() == ranks.rank();
     if (const auto before = division.load ? division.load(k) : std::nullopt) {
       outcomes[k] = *before;
-    } else if (division.shard.has(k) && turn++ % ranks.size() == ranks.rank()) {
+    } else if (mine) {
       if (progress) progress(fmt::format("injecting case {} of {}", k + 1, cases));
       outcomes[k] = search_case(k);
       if (division.save) division.save(k, outcomes[k]);
     }
   }
   for (const std::string& text : ranks.gather(text_of(outcomes))) add_cases(text, outcomes);
+  for (std::size_t k = division.shard.index; k < cases; k += division.shard.count)
+    if (!outcomes.contains(k)) throw std::logic_error(fmt::format("case {} was searched by no rank", k + 1));
   Confidence result;
   for (const auto& [k, outcome] : outcomes) {
     (outcome.named ? result.named : result.silent) += 1;

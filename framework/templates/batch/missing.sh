@@ -15,5 +15,6 @@ missing_cases() {
     i=$((i + 1))
   done
 }
-is_merged() { [ -e "$STATS/campaign.yaml" ]; }
+# While a shard is missing, a campaign.yaml that is there is one of before.
+is_merged() { [ -z "$(missing_shards)" ] && [ -e "$STATS/campaign.yaml" ]; }
 is_diagnosed() { [ -e "$RESULT/report.html" ]; }

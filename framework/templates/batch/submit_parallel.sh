@@ -6,8 +6,8 @@ job=$(cd "$(dirname "$0")" && pwd)
 . "$job/missing.sh"
 tasks() { # NAME: the tasks whose numbers are read
   numbers=$(cat)
-  [ -z "$numbers" ] || echo "$numbers" | parallel --will-cite --jobs "${JOBS:-100%}" --joblog "$job/log/$1-joblog" \
-    sh "$job/task.sh" "$1"
+  [ -z "$numbers" ] || echo "$numbers" | parallel -q --will-cite --jobs "${JOBS:-100%}" \
+    --joblog "$job/log/$1-joblog" sh "$job/task.sh" "$1"
 }
 missing_shards | tasks reduce && { is_merged || sh "$job/task.sh" merge; } && missing_cases | tasks case &&
   { is_diagnosed || sh "$job/task.sh" diagnose; }

@@ -4,6 +4,14 @@ job=$(cd "$(dirname "$0")" && pwd)
 . "$job/plan.sh"
 . "$job/environment.sh"
 . "$job/missing.sh"
+# squeue fails when the cluster has forgotten the jobs, which then do not run.
+running=$(squeue --noheader --jobs="$(paste -sd, "$job/log/slurm-jobs" 2>/dev/null)" 2>/dev/null)
+if [ -s "$job/log/slurm-jobs" ] && [ -n "$running" ]; then
+  echo "jobs of this folder still wait or run; scancel ends them:" >&2
+  echo "$running" >&2
+  exit 1
+fi
+: >"$job/log/slurm-jobs"
 after=
 submit() { # NAME MEMORY TIME [OPTION...]: adds a job that the next one waits for
   name=$1 memory=$2 time=$3
@@ -12,14 +20,13 @@ submit() { # NAME MEMORY TIME [OPTION...]: adds a job that the next one waits fo
   case "$*" in *--array*) task="$task \$SLURM_ARRAY_TASK_ID" ;; esac
   id=$(sbatch --parsable --job-name="tofgraph-$name" --mem="$memory" --time="$time" --cpus-per-task="$THREADS" \
     --requeue --output="$job/log/slurm-$name-%j.log" $SBATCH_OPTIONS $after "$@" --wrap "$task") || exit 1
+  id=${id%%;*}
+  echo "$id" >>"$job/log/slurm-jobs"
   after="--dependency=afterok:$id --kill-on-invalid-dep=yes"
   echo "$name: job $id"
 }
 list=$(missing_shards | paste -sd, -)
-if [ -n "$list" ]; then
-  rm -f "$STATS/campaign.yaml"
-  submit reduce "$REDUCE_MEMORY" "$REDUCE_TIME" --array="$list"
-fi
+[ -z "$list" ] || submit reduce "$REDUCE_MEMORY" "$REDUCE_TIME" --array="$list"
 is_merged || submit merge "$REDUCE_MEMORY" "$REDUCE_TIME"
 list=$(missing_cases | paste -sd, -)
 [ -z "$list" ] || submit case "$DIAGNOSE_MEMORY" "$DIAGNOSE_TIME" --array="$list"
