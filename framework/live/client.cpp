@@ -73,7 +73,7 @@ void Client::read() {
     const auto data = self->buffer_.cdata();
     try {
       self->protocol_->received({static_cast<const char*>(data.data()), data.size()}, !self->socket_.got_text());
-    } catch (const std::exception&) {  // it is no message of the protocol
+    } catch (const std::exception&) {  // not a message of the protocol
       return self->close("this message is not part of the protocol");
     }
     self->buffer_.consume(self->buffer_.size());
