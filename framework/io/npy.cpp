@@ -142,16 +142,17 @@ class NpyFile {
       fail(error.what());
     }
     if (header.shape.size() == 2) header.shape.push_back(1);
-    if (header.shape.size() != 3 || header.shape[2] == 0 || header.shape[2] > 3)
-      fail(fmt::format("has {} dimensions, expected 2", header.shape.size()));
+    if (header.shape.size() != 3) fail(fmt::format("has {} dimensions, expected 2 or 3", header.shape.size()));
+    if (header.shape[2] == 0 || header.shape[2] > 3)
+      fail(fmt::format("has {} values a pixel, expected 1 to 3", header.shape[2]));
     const std::uint64_t rows = header.shape[0], columns = header.shape[1], depth = header.shape[2];
     if (rows == 0 || columns == 0 || rows > max_image_pixels || columns > max_image_pixels / rows)
       fail(fmt::format("announces {} x {} pixels, expected 1 to {}", rows, columns, max_image_pixels));
     const std::size_t each = header.bytes;
     const std::uint64_t announced = rows * columns * depth * each, stored = size_ - header.begin;
     if (announced != stored)
-      fail(fmt::format("announces {} x {} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
-                       rows, columns, each, announced, stored,
+      fail(fmt::format("announces {} x {}{} values of {} bytes, {} bytes in all, but {} bytes follow its header: {}",
+                       rows, columns, depth == 1 ? "" : fmt::format(" x {}", depth), each, announced, stored,
                        stored < announced ? "it was cut off" : "something was appended to it"));
     std::vector<char> bytes(announced);
     if (!in_.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) fail("cannot be read to its end");

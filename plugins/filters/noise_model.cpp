@@ -31,8 +31,8 @@ namespace tofgraph {
 /// The last three fit variance x amplitude^2 = a + b amplitude to medians of groups of pixels with similar amplitude:
 /// edges and moving objects do not count while they are a minority. Without an amplitude, frames and spatial state one
 /// sigma per tile of 16 x 16 px, of the frame where the tile has few valid pixels. What the noise of neighbours and
-/// frames has in common (fixed patterns, drift) is not seen. Ranges get the sigma of the distance, depths that times
-/// cos(angle of the ray): exact for a lamp beside the lens.
+/// frames has in common (fixed patterns, drift) is not seen. A pixel without an amplitude becomes invalid. Ranges get
+/// the sigma of the distance, depths that times cos(angle of the ray): exact for a lamp beside the lens.
 struct NoiseModel final : Filter {
   InOut<float> image{this, "distance|range|depth", {.text = "whose sigma is made"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed by profile and null_channel"}};
@@ -95,6 +95,9 @@ struct NoiseModel final : Filter {
     if (*mode == "spatial") {
       second_differences(lengths.data(), lengths.rows(), lengths.columns(), residuals_);
       by_residuals(frame, bits, deviations);
+    }
+    for (std::size_t i = 0; i < bits.size(); ++i) {  // without a signal a length is noise
+      if (std::isnan(deviations[i])) bits[i] = static_cast<std::uint16_t>(bits[i] | flag::invalid);
     }
     mark_invalid(lengths, deviations, bits);
     lengths_.invalidate(frame, bits);

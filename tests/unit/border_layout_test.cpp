@@ -216,7 +216,7 @@ TEST(BorderLayout, SourceLight) {
 
 TEST(BorderLayout, LightState) {
   using S = tofgraph_light_state;
-  pinned<S>(328, {PIN(size, 0, 4),
+  pinned<S>(320, {PIN(size, 0, 4),
                   PIN(source_size, 4, 4),
                   PIN(exposure_size, 8, 4),
                   PIN(physical, 12, 4),

@@ -34,8 +34,9 @@ class ImageParameter : public testing::Test {
     io::write_pixel_maps(file(name), {{"map", unit, values}}, height, values.size() / height);
   }
   /// NumPy's format by its own description: magic, version, length of the header, header, values.
-  void write_npy(const std::string& name, const std::vector<double>& values) const {
-    std::string header = fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", rows, columns);
+  void write_npy(const std::string& name, const std::vector<double>& values, const std::string& further = "") const {
+    std::string header =
+        fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}{}), }}", rows, columns, further);
     header.append(63 - (10 + header.size()) % 64, ' ').push_back('\n');
     std::ofstream out(file(name), std::ios::binary);
     out.write("\x93NUMPY\x01\x00", 8);
@@ -102,6 +103,7 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
   write_hdf5("nan.h5", "m", std::vector<double>(pixels, std::nan("")));
   std::ofstream(file("empty.h5"));
   std::ofstream(file("broken.npy")) << "no array";
+  write_npy("rays.npy", std::vector<double>(2 * pixels), ", 2");
   cv::imwrite(file("colours.png"), cv::Mat(4, 4, CV_8UC3, cv::Scalar(1, 2, 3)));
   cv::imwrite(file("bytes.png"), cv::Mat(4, 4, CV_8U, cv::Scalar(1)));
   expect_refusal(file("absent.h5"), "there is no file " + file("absent.h5"));
@@ -112,6 +114,7 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
   expect_refusal("{file: " + file("counts.h5") + ", dataset: none}", "no dataset 'none'");
   expect_refusal(file("empty.h5"), "empty.h5");
   expect_refusal(file("broken.npy"), "broken.npy is not a .npy");
+  expect_refusal(file("rays.npy"), "has 3 dimensions, expected rows x columns");
   expect_refusal(file("colours.png"), "has 3 colour channels, expected one value per pixel");
   expect_refusal(file("bytes.png"), "has 8 bits per pixel, expected 16");
   expect_refusal("{file: " + file("bytes.png") + ", dataset: map}", "only .h5 files have");
