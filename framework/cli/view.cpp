@@ -80,7 +80,7 @@ std::string default_pipeline(const std::string& what, bool camera, const ViewArg
   const graph::Stream delivered = read->nodes().front()->output();
   read.reset();
   if (!camera) source += channels_read(delivered);
-  const std::string whole = source + default_stages(delivered);
+  std::string whole = source + default_stages(delivered);
   if (tried(whole + " ! null", arguments, common, &problem)) return whole;
   print_message("warning: shown as it was recorded, since no cloud can be made of it:\n" + problem);
   return source;
