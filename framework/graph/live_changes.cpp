@@ -111,6 +111,7 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
   const std::scoped_lock lock(mutex_);
   nlohmann::json all = nlohmann::json::array();
   for (const tofgraph_parameter& p : std::span(node.stage().own_parameters)) {
+    if ((p.flags & TOFGRAPH_PARAMETER_LIVE) == 0) continue;  // paths and addresses are nobody else's business
     const auto index = static_cast<std::size_t>(&p - node.stage().own_parameters.data());
     const tofgraph_value& value = node.values().data()[index];
     all.push_back({{"name", p.name},
@@ -119,7 +120,6 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
                    {"choices", split_words(p.choices)},
                    {"min", bound(p.minimum)},
                    {"max", bound(p.maximum)},
-                   {"live", (p.flags & TOFGRAPH_PARAMETER_LIVE) != 0},
                    {"type", p.kind == TOFGRAPH_KIND_BOOL      ? "bool"
                             : p.kind == TOFGRAPH_KIND_INTEGER ? "integer"
                             : p.kind == TOFGRAPH_KIND_NUMBER  ? "number"

@@ -35,8 +35,9 @@ class LiveChanges {
   /// Refuses what waits and what comes: the run is over.
   void end();
 
-  /// Values of all parameters, and the changes so far. [any thread]
+  /// LIVE parameters with their values. [any thread]
   nlohmann::json parameters(const Node& node) const;
+  /// Changes so far. [any thread]
   nlohmann::json done() const;
 
  private:
@@ -59,7 +60,7 @@ class LiveChanges {
   bool ended_ = false;
 };
 
-/// Nodes with what they read, hand on, their parameters and times; the changes so far. [any thread]
+/// Nodes with what they read, hand on, their LIVE parameters and times; the changes so far. [any thread]
 nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes);
 
 }  // namespace tofgraph::graph

@@ -223,6 +223,20 @@ TEST(LiveView, ForeignNamesOriginsAndMissingTokensAreRefused) {
   EXPECT_THAT(with_token.read(), HasSubstr("hello"));
 }
 
+TEST(LiveView, TheStateTellsNoPathOfTheComputer) {
+  const TemporaryFolder folder;
+  LiveRun run("pipeline: 1\nnodes:\n  - {name: read, stage: capture_reader, file: '" TOFGRAPH_SOURCE_DIR
+              "/pipelines/data/o3d303_scene.h5'}\n  - {name: mask, stage: mask, min_amplitude: 50 counts}\n"
+              "  - {name: write, stage: capture_writer, path: '" +
+              (folder.path() / "out.h5").string() +
+              "'}\n  - {name: view, stage: live_view, inputs: [mask], port: 0, hold: true}\n");
+  const std::string state = request(run.port(), http::verb::get, "/state").body;
+  ASSERT_THAT(state, HasSubstr("min_amplitude")) << "what may change is told";
+  EXPECT_THAT(state, testing::Not(HasSubstr(TOFGRAPH_SOURCE_DIR)));
+  EXPECT_THAT(state, testing::Not(HasSubstr("o3d303_scene.h5")));
+  EXPECT_THAT(state, testing::Not(HasSubstr(folder.path().string())));
+}
+
 TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   LiveRun run(viewed());
   const TemporaryFolder folder;

@@ -36,7 +36,7 @@ export class Parameters {
 
   /// Shows the live parameters of the nodes, once; then only values that others changed.
   update(state) {
-    const live = state.nodes.flatMap((node) => node.parameters.filter((p) => p.live).map((p) => ({node, p})));
+    const live = state.nodes.flatMap((node) => node.parameters.map((p) => ({node, p})));
     const names = live.map(({node, p}) => `${node.name}.${p.name}`).join();
     if (names !== this.names) this.build(live);
     this.names = names;
