@@ -3,7 +3,7 @@
 // Parameters, statistics and the graph.
 import {quantity} from './images.js';
 
-const element = (name, text, attributes = {}) => {
+export const element = (name, text, attributes = {}) => {
   const made = document.createElement(name);
   if (text !== undefined) made.textContent = text;
   Object.assign(made, attributes);
@@ -42,7 +42,8 @@ export class Parameters {
     this.names = names;
     for (const {node, p} of live) this.rows[`${node.name}.${p.name}`].value.textContent = p.value || 'not given';
     this.changes.replaceChildren(...state.changes.slice(-20).reverse().map(
-        (c) => element('li', `from frame ${c.frame}: ${c.node}, ${c.parameter} = ${c.value}`)));
+        (c) => element('li', c.problem ? `refused: ${c.node}, ${c.parameter} = ${c.value}: ${c.problem}`
+            : `from frame ${c.frame}: ${c.node}, ${c.parameter} = ${c.value}`)));
   }
 
   build(live) {
