@@ -37,19 +37,21 @@ class LiveChanges {
 
   /// LIVE parameters with their values. [any thread]
   nlohmann::json parameters(const Node& node) const;
-  /// Changes so far. [any thread]
+  /// The last 20 changes; with "problem" those refused after "pending". [any thread]
   nlohmann::json done() const;
 
  private:
   struct Request {
     Node* node = nullptr;
     std::string parameter, value, problem;
-    ParameterValues values;
     std::uint64_t frame = 0;
-    bool settled = false;
+    bool settled = false, told_pending = false;
   };
 
   Node& node_named(const std::string& name) const;
+  void settle(Request& request, std::uint64_t frame);
+  /// Keeps a change, or its refusal, of which the one who asked is not told any more.
+  void keep(const Request& request, nlohmann::json entry);
 
   Graph& graph_;
   std::atomic<bool> pending_ = false;
