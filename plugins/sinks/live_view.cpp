@@ -4,7 +4,6 @@
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -188,11 +187,11 @@ struct LiveView final : Sink {
   }
 
   /// A call of the host as a function that returns its answer or throws the reason.
-  template <class Call> static nlohmann::json asked(Call&& call) {
+  template <class Call> static std::string asked(Call&& call) {
     std::string text;
     const auto take = [](void* user, const char* answer) { *static_cast<std::string*>(user) = answer; };
     if (call(+take, &text) != TOFGRAPH_STATUS_OK) throw std::runtime_error(text);
-    return nlohmann::json::parse(text);
+    return text;
   }
 
   live::RunCalls calls() const {
