@@ -262,6 +262,14 @@ TEST(LiveView, AChangeThatIsRefusedLaterIsTold) {
   EXPECT_EQ(changes[0]["problem"], "the run is over");
 }
 
+TEST(LiveView, ViewTakesFilesWithAnyName) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5", folder.path() / "it's new!.h5");
+  const Outcome outcome =
+      shell("timeout -s INT 3 \"$TOFGRAPH\" view \"it's new!.h5\" --port 0 --camera o3d303 2>&1; true", folder.path());
+  EXPECT_THAT(outcome.out, HasSubstr("live view: http://localhost:"));
+}
+
 TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   LiveRun run(viewed());
   const TemporaryFolder folder;
@@ -274,6 +282,10 @@ TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   EXPECT_THAT(outcome.err,
               HasSubstr("parameter 'port': port " + run.port() + " is taken by another program: choose another one"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.h5"));
+  for (const std::string command : {"check", "explain"}) {
+    const Outcome looked = shell("\"$TOFGRAPH\" " + command + " p.yaml", folder.path());
+    EXPECT_EQ(looked.exit_code, 0) << command << ": " << looked.err;
+  }
   write_text(folder.path() / "q.yaml",
              "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator}\n  - {stage: live_view, port: 0}\n");
   EXPECT_THAT(shell("\"$TOFGRAPH\" run q.yaml", folder.path()).err,
