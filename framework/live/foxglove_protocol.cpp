@@ -29,10 +29,10 @@ class FoxgloveProtocol final : public Protocol {
                           {"schema", foxglove_schema(topics_[i].kind)}});
     }
     client_.send_text(json_line({{"op", "serverInfo"},
-                                      {"name", "tofgraph"},
-                                      {"capabilities", nlohmann::json::array()},
-                                      {"supportedEncodings", {"json"}},
-                                      {"metadata", nlohmann::json::object()}}));
+                                 {"name", "tofgraph"},
+                                 {"capabilities", nlohmann::json::array()},
+                                 {"supportedEncodings", {"json"}},
+                                 {"metadata", nlohmann::json::object()}}));
     client_.send_text(json_line({{"op", "advertise"}, {"channels", channels}}));
   }
 
@@ -97,9 +97,7 @@ class FoxgloveProtocol final : public Protocol {
     client_.send_binary(bytes + message);
   }
 
-  void status(const char* text) {
-    client_.send_text(json_line({{"op", "status"}, {"level", 1}, {"message", text}}));
-  }
+  void status(const char* text) { client_.send_text(json_line({{"op", "status"}, {"level", 1}, {"message", text}})); }
 
   std::vector<FoxgloveTopic> topics_;
   std::map<std::uint32_t, std::size_t> subscriptions_;  // by the client's number, the topic

@@ -107,9 +107,7 @@ class LiveServer : public testing::Test {
     options.port = 0;
     server = std::make_unique<Server>(
         options, std::vector{node},
-        RunCalls{[] {
-                   return std::string(R"({"frames":1})");
-                 },
+        RunCalls{[] { return std::string(R"({"frames":1})"); },
                  [](const std::string& name, const std::string&, const std::string&) -> std::string {
                    throw std::runtime_error("no node " + name);
                  }});
