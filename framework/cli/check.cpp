@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/campaign.hpp"
 #include "cli/commands.hpp"
+#include "graph/checking.hpp"
 
 #include "io/campaign.hpp"
 #include "io/profile.hpp"
@@ -101,6 +102,7 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
     if (!common.quiet) print_message(fmt::format("{}: {}", arguments.pipeline, said));
     return done;
   }
+  graph::set_only_checking();
   const auto graph = build(document, arguments, common, force);
   if (!common.quiet)
     print_message(fmt::format("{}: the pipeline is valid, {}", arguments.pipeline,

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/explain.hpp"
+#include "graph/checking.hpp"
 
 #include "cli/commands.hpp"
 
@@ -18,6 +19,7 @@ void add_explain(CLI::App& app, Common& common) {
   command->add_flag("--dot", *drawing, "The graph in the DOT language instead");
   command->callback([arguments, drawing, &common] {
     common.command = [arguments, drawing, &common] {
+      graph::set_only_checking();
       const auto graph = build(arguments->document(), *arguments, common, true);
       fmt::print("{}", *drawing ? graph::dot(*graph) : graph::explain(*graph));
       return done;

@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace tofgraph::cli {
 namespace {
@@ -23,6 +24,13 @@ struct ViewArguments : RunArguments {
 
 bool is_camera(const std::string& what) {
   return what == "camcube" || (graph::is_camera_spec(what) && what.find_first_of(" !/") > what.find(':'));
+}
+
+/// In quotes for the one-line form, where the file's name has blanks, ! or quotes.
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
+  return result + "'";
 }
 
 std::string text_at(const config::Value& node, const char* key) {
@@ -73,14 +81,14 @@ std::string channels_read(const graph::Stream& delivered) {
 /// The default pipeline of a recording or a camera. @throws config::ConfigurationError when it cannot be read at all
 std::string default_pipeline(const std::string& what, bool camera, const ViewArguments& arguments,
                              const Common& common) {
-  std::string source = camera ? what : fmt::format("capture_reader name=read file='{}'", what);
+  std::string source = camera ? what : "capture_reader name=read file=" + quoted(what);
   std::string problem;
   auto read = tried(source + " ! null", arguments, common, &problem);
   if (!read) throw config::ConfigurationError(problem);
   const graph::Stream delivered = read->nodes().front()->output();
   read.reset();
   if (!camera) source += channels_read(delivered);
-  const std::string whole = source + default_stages(delivered);
+  std::string whole = source + default_stages(delivered);
   if (tried(whole + " ! null", arguments, common, &problem)) return whole;
   print_message("warning: shown as it was recorded, since no cloud can be made of it:\n" + problem);
   return source;
@@ -89,8 +97,9 @@ std::string default_pipeline(const std::string& what, bool camera, const ViewArg
 int run_view(ViewArguments& arguments, const Common& common) {
   const std::string& what = arguments.pipeline;
   const bool camera = is_camera(what);
-  const bool pipeline =
-      !camera && (what.ends_with(".yaml") || what.ends_with(".yml") || what.find('!') != std::string::npos);
+  std::error_code error;
+  const bool line = what.find('!') != std::string::npos && !std::filesystem::is_regular_file(what, error);
+  const bool pipeline = !camera && (what.ends_with(".yaml") || what.ends_with(".yml") || line);
   arguments.view.recorded = !camera && !pipeline;
   const config::Value document =
       pipeline ? arguments.document()

@@ -4,6 +4,7 @@
 
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
+#include "graph/checking.hpp"
 #include "graph/device_calibrations.hpp"
 #include "graph/known_stages.hpp"
 #include "graph/outputs.hpp"
@@ -21,6 +22,8 @@
 namespace tofgraph::graph {
 
 namespace {
+
+bool checking = false;
 
 /// A live device does not wait: what comes too late makes room for what is newer.
 Queue default_queue(const Stream& stream) {
@@ -71,11 +74,15 @@ const std::string& library_hash(const Plugin& plugin) {
 
 }  // namespace
 
+bool only_checking() { return checking; }
+void set_only_checking() { checking = true; }
+
 Graph::~Graph() = default;
 
 Graph::Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnostics& diagnostics)
     : name_(pipeline.name), camera_at_(pipeline.camera ? pipeline.camera->at : pipeline.at) {
   host_.overwrite = options.overwrite;
+  host_.stopping = checking;
   host_.message = options.message;
   host_.version = TOFGRAPH_VERSION;
   host_.plugin_path = config::joined_path(options.plugin_folders);

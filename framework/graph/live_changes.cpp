@@ -15,7 +15,7 @@
 namespace tofgraph::graph {
 namespace {
 
-constexpr std::size_t max_waiting = 64;
+constexpr std::size_t max_waiting = 64, max_done = 20;
 
 const tofgraph_parameter& live_parameter(const Node& node, const std::string& name) {
   std::vector<std::string> live;
@@ -29,6 +29,12 @@ const tofgraph_parameter& live_parameter(const Node& node, const std::string& na
       "the parameter '{}' of '{}' ({}) {}; {}", name, node.name, node.stage().name,
       known ? "cannot change while the pipeline runs" : "does not exist",
       live.empty() ? "this stage has none that can" : fmt::format("those that can change: {}", fmt::join(live, ", "))));
+}
+
+std::string problem_of(const Node& node, const config::Diagnostics& mistakes) {
+  const config::Diagnostic& first = mistakes.all().front();
+  return fmt::format("node '{}' ({}): {}{}", node.name, node.stage().name, first.message,
+                     first.hint.empty() ? "" : "; " + first.hint);
 }
 
 nlohmann::json bound(double value) { return std::isnan(value) ? nlohmann::json() : nlohmann::json(value); }
@@ -50,13 +56,9 @@ nlohmann::json LiveChanges::request(const std::string& node_name, const std::str
   const tofgraph_parameter& declared = live_parameter(node, parameter);
   std::unique_lock lock(mutex_);
   config::Diagnostics mistakes;
-  auto request = std::make_shared<Request>(
-      Request{&node, parameter, value, {}, node.values().with(declared, value, mistakes), 0, false});
-  if (!mistakes.ok()) {
-    const config::Diagnostic& first = mistakes.all().front();
-    throw std::runtime_error(fmt::format("node '{}' ({}): {}{}", node.name, node.stage().name, first.message,
-                                         first.hint.empty() ? "" : "; " + first.hint));
-  }
+  static_cast<void>(node.values().with(declared, value, mistakes));
+  if (!mistakes.ok()) throw std::runtime_error(problem_of(node, mistakes));
+  auto request = std::make_shared<Request>(Request{&node, parameter, value, {}, 0, false, false});
   if (ended_) throw std::runtime_error("the run is over");
   if (waiting_.size() >= max_waiting) throw std::runtime_error("too many changes wait for the next frame");
   waiting_.push_back(request);
@@ -67,32 +69,43 @@ nlohmann::json LiveChanges::request(const std::string& node_name, const std::str
   if (request->settled)
     result["frame"] = request->frame;
   else
-    result["pending"] = true;
+    result["pending"] = request->told_pending = true;
   return result;
 }
 
 void LiveChanges::apply(std::uint64_t frame) {
   const std::scoped_lock lock(mutex_);
   pending_ = false;
-  for (const std::shared_ptr<Request>& request : waiting_) {
-    Node& node = *request->node;
-    // Made from the values of now: an earlier request of the same node may have changed others.
-    config::Diagnostics mistakes;
-    ParameterValues values = node.values().with(live_parameter(node, request->parameter), request->value, mistakes);
-    if (const auto failure = node.change(std::move(values))) {
-      request->problem = fmt::format("node '{}' ({}), parameter '{}': {}", node.name, node.stage().name,
-                                     failure->parameter.empty() ? request->parameter : failure->parameter,
-                                     failure->message(node.stage()));
-    } else {
-      request->frame = frame;
-      node.add_change({{"frame", frame}, {"parameter", request->parameter}, {"value", request->value}});
-      done_.push_back(
-          {{"frame", frame}, {"node", node.name}, {"parameter", request->parameter}, {"value", request->value}});
-    }
-    request->settled = true;
-  }
+  for (const std::shared_ptr<Request>& request : waiting_) settle(*request, frame);
   waiting_.clear();
   settled_.notify_all();
+}
+
+void LiveChanges::settle(Request& request, std::uint64_t frame) {
+  Node& node = *request.node;
+  // Made from the values of now: an earlier request of the same node may have changed others.
+  config::Diagnostics mistakes;
+  ParameterValues values = node.values().with(live_parameter(node, request.parameter), request.value, mistakes);
+  if (!mistakes.ok()) {
+    request.problem = problem_of(node, mistakes);
+  } else if (const auto failure = node.change(std::move(values))) {
+    request.problem = fmt::format("node '{}' ({}), parameter '{}': {}", node.name, node.stage().name,
+                                  failure->parameter.empty() ? request.parameter : failure->parameter,
+                                  failure->message(node.stage()));
+  } else {
+    request.frame = frame;
+    node.add_change({{"frame", frame}, {"parameter", request.parameter}, {"value", request.value}});
+  }
+  request.settled = true;
+  keep(request, {{"frame", frame}});
+}
+
+void LiveChanges::keep(const Request& request, nlohmann::json entry) {
+  if (!request.problem.empty() && !request.told_pending) return;  // the one who asked is told
+  entry.update({{"node", request.node->name}, {"parameter", request.parameter}, {"value", request.value}});
+  if (!request.problem.empty()) entry["problem"] = request.problem;
+  done_.push_back(std::move(entry));
+  if (done_.size() > max_done) done_.erase(done_.begin());
 }
 
 void LiveChanges::end() {
@@ -102,6 +115,7 @@ void LiveChanges::end() {
   for (const std::shared_ptr<Request>& request : waiting_) {
     request->problem = "the run is over";
     request->settled = true;
+    keep(*request, nlohmann::json::object());
   }
   waiting_.clear();
   settled_.notify_all();
@@ -111,6 +125,7 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
   const std::scoped_lock lock(mutex_);
   nlohmann::json all = nlohmann::json::array();
   for (const tofgraph_parameter& p : std::span(node.stage().own_parameters)) {
+    if ((p.flags & TOFGRAPH_PARAMETER_LIVE) == 0) continue;  // paths and addresses are nobody else's business
     const auto index = static_cast<std::size_t>(&p - node.stage().own_parameters.data());
     const tofgraph_value& value = node.values().data()[index];
     all.push_back({{"name", p.name},
@@ -119,7 +134,6 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
                    {"choices", split_words(p.choices)},
                    {"min", bound(p.minimum)},
                    {"max", bound(p.maximum)},
-                   {"live", (p.flags & TOFGRAPH_PARAMETER_LIVE) != 0},
                    {"type", p.kind == TOFGRAPH_KIND_BOOL      ? "bool"
                             : p.kind == TOFGRAPH_KIND_INTEGER ? "integer"
                             : p.kind == TOFGRAPH_KIND_NUMBER  ? "number"

@@ -35,20 +35,23 @@ class LiveChanges {
   /// Refuses what waits and what comes: the run is over.
   void end();
 
-  /// Values of all parameters, and the changes so far. [any thread]
+  /// LIVE parameters with their values. [any thread]
   nlohmann::json parameters(const Node& node) const;
+  /// The last 20 changes; with "problem" those refused after "pending". [any thread]
   nlohmann::json done() const;
 
  private:
   struct Request {
     Node* node = nullptr;
     std::string parameter, value, problem;
-    ParameterValues values;
     std::uint64_t frame = 0;
-    bool settled = false;
+    bool settled = false, told_pending = false;
   };
 
   Node& node_named(const std::string& name) const;
+  void settle(Request& request, std::uint64_t frame);
+  /// Keeps a change, or its refusal, of which the one who asked is not told any more.
+  void keep(const Request& request, nlohmann::json entry);
 
   Graph& graph_;
   std::atomic<bool> pending_ = false;
@@ -59,7 +62,7 @@ class LiveChanges {
   bool ended_ = false;
 };
 
-/// Nodes with what they read, hand on, their parameters and times; the changes so far. [any thread]
+/// Nodes with what they read, hand on, their LIVE parameters and times; the changes so far. [any thread]
 nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes);
 
 }  // namespace tofgraph::graph

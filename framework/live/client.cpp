@@ -14,7 +14,17 @@ constexpr int max_messages_per_s = 300;
 
 }  // namespace
 
+std::string json_line(const nlohmann::json& json) {
+  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 void Hub::update_wanted() {
+  if (ended && last) {
+    for (const auto& client : std::set(clients)) {
+      if (client->ready_for_frame() && client->protocol().wanted() != 0)
+        client->guarded([&] { client->protocol().show(*last); });
+    }
+  }
   std::uint64_t bits = 0;
   for (const auto& client : clients) {
     if (client->ready_for_frame()) bits |= client->protocol().wanted();
@@ -23,10 +33,9 @@ void Hub::update_wanted() {
   client_count = clients.size();
 }
 
-void Hub::ask(std::function<nlohmann::json()> question, std::function<void(nlohmann::json, std::string)> done) {
+void Hub::ask(std::function<std::string()> question, std::function<void(std::string, std::string)> done) {
   net::post(workers, [this, question = std::move(question), done = std::move(done)] {
-    nlohmann::json answer;
-    std::string problem;
+    std::string answer, problem;
     try {
       answer = question();
     } catch (const std::exception& error) {
@@ -60,9 +69,11 @@ void Client::open(const Request& request, const std::string& protocol) {
     if (error) return;
     self->hub_.clients.insert(self);
     self->hub_.client_count = self->hub_.clients.size();
-    self->protocol_->opened();
-    if (self->hub_.ended) self->protocol_->ended();
-    self->read();
+    self->guarded([&] {
+      self->protocol_->opened();
+      if (self->hub_.ended) self->protocol_->ended();
+    });
+    if (!self->closing_) self->read();
   });
 }
 
@@ -71,11 +82,12 @@ void Client::read() {
     if (error) return self->gone();
     if (self->too_many_messages()) return self->close("too many messages");
     const auto data = self->buffer_.cdata();
-    try {
-      self->protocol_->received({static_cast<const char*>(data.data()), data.size()}, !self->socket_.got_text());
-    } catch (const std::exception&) {  // it is no message of the protocol
-      return self->close("this message is not part of the protocol");
-    }
+    self->guarded(
+        [&] {
+          self->protocol_->received({static_cast<const char*>(data.data()), data.size()}, !self->socket_.got_text());
+        },
+        "this message is not part of the protocol");
+    if (self->closing_) return;
     self->buffer_.consume(self->buffer_.size());
     self->hub_.update_wanted();
     if (!self->closing_) self->read();

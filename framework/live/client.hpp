@@ -27,12 +27,15 @@ namespace beast = boost::beast;
 
 class Client;
 
+/// JSON in one line. Bytes that are not UTF-8, e.g. in a dataset's name, are replaced.
+std::string json_line(const nlohmann::json& json);
+
 /// State shared by all connections.
 struct Hub {
   ServerOptions options;
   std::vector<NodeInfo> nodes;
   RunCalls calls;
-  std::size_t connections = 0;
+  std::size_t connections = 0;  ///< HTTP and WebSocket
   std::set<std::shared_ptr<Client>> clients;
   net::io_context io{1};        // after what its handlers count down when they are destroyed
   net::thread_pool workers{1};  ///< for questions to the run, which may wait for a frame
@@ -41,12 +44,13 @@ struct Hub {
   std::shared_ptr<const Picture> last;
   bool ended = false;
 
+  /// Looks which nodes clients wait for. After the end those that wait get the last frame.
   void update_wanted();
-  /// Asks the run on the worker's thread. @param done called with the answer on the server's thread
-  void ask(std::function<nlohmann::json()> question, std::function<void(nlohmann::json, std::string problem)> done);
+  /// Asks the run on the worker's thread. @param done called with the answer, JSON, on the server's thread
+  void ask(std::function<std::string()> question, std::function<void(std::string, std::string problem)> done);
 };
 
-/// What a client says and gets.
+/// Messages from and to one client.
 class Protocol {
  public:
   explicit Protocol(Client& client) : client_(client) {}
@@ -80,6 +84,14 @@ class Client : public std::enable_shared_from_this<Client> {
   void send_text(std::string text) { send({std::move(text), false}); }
   void send_binary(std::string bytes) { send({std::move(bytes), true}); }
   void close(const std::string& reason);
+  /// Calls, e.g. a method of the protocol. What is thrown ends this connection, not the server.
+  template <class Call> void guarded(Call&& call, const char* reason = "this cannot be sent") {
+    try {
+      call();
+    } catch (const std::exception&) {
+      close(reason);
+    }
+  }
   /// Returns whether all that was sent has left and the rate allows another frame.
   bool ready_for_frame() const;
   void frame_sent();

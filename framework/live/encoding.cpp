@@ -21,11 +21,11 @@ Coding coding_of(std::span<const float> values) {
   }
   if (low > high) return {};
   const double from = std::min(0.0, static_cast<double>(low));
-  const double least = std::max((static_cast<double>(high) - from) / 65532, 1e-9);
-  const double decade = std::pow(10.0, std::floor(std::log10(least)));
+  const double min_step = std::max((static_cast<double>(high) - from) / 65532, 1e-9);
+  const double decade = std::pow(10.0, std::floor(std::log10(min_step)));
   double step = 10 * decade;
   for (const double factor : {5.0, 2.0, 1.0}) {
-    if (factor * decade >= least) step = factor * decade;
+    if (factor * decade >= min_step) step = factor * decade;
   }
   return {std::floor(from / step) * step, step};
 }
@@ -46,7 +46,7 @@ void append_codes(std::string& bytes, std::span<const float> values, const Codin
 std::vector<float> along_rays(const Plane& points, const NodeInfo& node) {
   if (node.rays == nullptr || points.rows != node.rows || points.columns != node.columns) return {};
   std::vector<float> lengths(points.rows * points.columns);
-  float farthest = 0;
+  float max_error = 0;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     const float* p = points.values.data() + 3 * i;
     const float* ray = node.rays + 3 * i;
@@ -54,9 +54,9 @@ std::vector<float> along_rays(const Plane& points, const NodeInfo& node) {
     lengths[i] = length;
     const float away =
         std::abs(p[0] - length * ray[0]) + std::abs(p[1] - length * ray[1]) + std::abs(p[2] - length * ray[2]);
-    farthest = away > farthest ? away : farthest;  // NaN: passed over
+    max_error = away > max_error ? away : max_error;  // NaN: passed over
   }
-  if (farthest > 1e-4F) lengths.clear();
+  if (max_error > 1e-4F) lengths.clear();
   return lengths;
 }
 

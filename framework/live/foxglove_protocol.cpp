@@ -11,6 +11,8 @@
 namespace tofgraph::live {
 namespace {
 
+constexpr std::size_t max_subscriptions = 60;  // a message each per frame: less than a client's queue
+
 class FoxgloveProtocol final : public Protocol {
  public:
   using Protocol::Protocol;
@@ -26,13 +28,12 @@ class FoxgloveProtocol final : public Protocol {
                           {"schemaEncoding", "jsonschema"},
                           {"schema", foxglove_schema(topics_[i].kind)}});
     }
-    client_.send_text(nlohmann::json({{"op", "serverInfo"},
-                                      {"name", "tofgraph"},
-                                      {"capabilities", nlohmann::json::array()},
-                                      {"supportedEncodings", {"json"}},
-                                      {"metadata", nlohmann::json::object()}})
-                          .dump());
-    client_.send_text(nlohmann::json({{"op", "advertise"}, {"channels", channels}}).dump());
+    client_.send_text(json_line({{"op", "serverInfo"},
+                                 {"name", "tofgraph"},
+                                 {"capabilities", nlohmann::json::array()},
+                                 {"supportedEncodings", {"json"}},
+                                 {"metadata", nlohmann::json::object()}}));
+    client_.send_text(json_line({{"op", "advertise"}, {"channels", channels}}));
   }
 
   void received(std::string_view message, bool binary) override {
@@ -40,16 +41,20 @@ class FoxgloveProtocol final : public Protocol {
     const auto json = nlohmann::json::parse(message);
     const std::string op = json.at("op");
     if (op == "subscribe") {
-      for (const auto& wish : json.at("subscriptions")) subscribe(wish.at("id"), wish.at("channelId"));
+      const char* problem = nullptr;  // one reply, however many are refused
+      for (const auto& wish : json.at("subscriptions")) {
+        if (const char* refused = subscribe(wish.at("id"), wish.at("channelId"))) problem = refused;
+      }
+      if (problem != nullptr) status(problem);
     } else if (op == "unsubscribe") {
       for (const auto& id : json.at("subscriptionIds")) subscriptions_.erase(id.get<std::uint32_t>());
     } else {
       status("this operation is not supported");
     }
-    if (client_.hub().ended) ended();
   }
 
   std::uint64_t wanted() const override {
+    if (client_.hub().ended && has_last_) return 0;
     std::uint64_t bits = 0;
     for (const auto& [id, topic] : subscriptions_) bits |= std::uint64_t{1} << topics_[topic].node;
     return bits;
@@ -57,18 +62,15 @@ class FoxgloveProtocol final : public Protocol {
 
   void show(const Picture& picture) override {
     client_.frame_sent();
+    has_last_ = client_.hub().ended;
     for (const auto& [id, topic] : subscriptions_) {
       for (const NodePicture& node : picture.nodes) {
         if (node.node != topics_[topic].node) continue;
         const nlohmann::json message =
             foxglove_message(topics_[topic], client_.hub().nodes[node.node], node, time_of(picture));
-        if (!message.is_null()) send_data(id, time_of(picture), message.dump());
+        if (!message.is_null()) send_data(id, time_of(picture), json_line(message));
       }
     }
-  }
-
-  void ended() override {
-    if (client_.hub().last) show(*client_.hub().last);
   }
 
  private:
@@ -78,9 +80,14 @@ class FoxgloveProtocol final : public Protocol {
     return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
   }
 
-  void subscribe(std::uint32_t id, std::size_t channel) {
-    if (channel == 0 || channel > topics_.size()) return status("there is no such channel");
-    if (subscriptions_.size() < 2 * topics_.size()) subscriptions_[id] = channel - 1;
+  /// @returns why it is refused, or null
+  const char* subscribe(std::uint32_t id, std::size_t channel) {
+    if (channel == 0 || channel > topics_.size()) return "there is no such channel";
+    if (subscriptions_.size() >= max_subscriptions && !subscriptions_.contains(id))
+      return "at most 60 channels can be subscribed at once";
+    subscriptions_[id] = channel - 1;
+    has_last_ = false;
+    return nullptr;
   }
 
   void send_data(std::uint32_t id, std::uint64_t time, const std::string& message) {
@@ -90,12 +97,11 @@ class FoxgloveProtocol final : public Protocol {
     client_.send_binary(bytes + message);
   }
 
-  void status(const char* text) {
-    client_.send_text(nlohmann::json({{"op", "status"}, {"level", 1}, {"message", text}}).dump());
-  }
+  void status(const char* text) { client_.send_text(json_line({{"op", "status"}, {"level", 1}, {"message", text}})); }
 
   std::vector<FoxgloveTopic> topics_;
   std::map<std::uint32_t, std::size_t> subscriptions_;  // by the client's number, the topic
+  bool has_last_ = false;                               // the last frame was sent since the last subscription
 };
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace {
 namespace http = beast::http;
 
 constexpr std::uint32_t max_header = 8U << 10;
-constexpr std::size_t max_body = std::size_t{64} << 10, max_connections = 64, max_waiting_reads = 10;
+constexpr std::size_t max_body = std::size_t{64} << 10, max_waiting_reads = 10;
 
 std::string_view text_of(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -82,20 +82,14 @@ void HttpSession::handle() {
   version_ = request.version();
   keep_ = request.keep_alive();
   head_ = request.method() == http::verb::head;
-  if (hub_.connections > max_connections) {
-    keep_ = false;
-    return problem(503, "too many connections");
-  }
   if (const auto refused = refusal(request)) return problem(refused->first, refused->second);
   if (beast::websocket::is_upgrade(request)) return upgrade(request);
   const bool get = head_ || request.method() == http::verb::get;
   if (const auto file = page_files().find(path); file != page_files().end() && get)
     return answer(200, file->second.type, std::string(file->second.content));
   if (path == "/state" && get) {
-    return hub_.ask(hub_.calls.state, [self = shared_from_this()](const nlohmann::json& state, const std::string& why) {
-      why.empty()
-          ? self->answer(200, "application/json", state.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
-          : self->problem(503, why);
+    return hub_.ask(hub_.calls.state, [self = shared_from_this()](std::string state, const std::string& why) {
+      why.empty() ? self->answer(200, "application/json", std::move(state)) : self->problem(503, why);
     });
   }
   if (path == "/parameters" && request.method() == http::verb::put) return change(request);
@@ -155,10 +149,8 @@ void HttpSession::change(const Request& request) {
   if (!body.is_object() || !is_text("node") || !is_text("parameter") || !is_text("value"))
     return problem(400, R"(expected JSON, e.g. {"node": "denoise", "parameter": "strength", "value": "4 mm"})");
   hub_.ask([&calls = hub_.calls, body] { return calls.change(body["node"], body["parameter"], body["value"]); },
-           [self = shared_from_this()](const nlohmann::json& done, const std::string& why) {
-             why.empty() ? self->answer(200, "application/json",
-                                        done.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace))
-                         : self->problem(422, why);
+           [self = shared_from_this()](std::string done, const std::string& why) {
+             why.empty() ? self->answer(200, "application/json", std::move(done)) : self->problem(422, why);
            });
 }
 
@@ -168,7 +160,8 @@ void HttpSession::answer(unsigned status, std::string_view type, std::string bod
   response_->set(http::field::content_type, beast::string_view(type.data(), type.size()));
   response_->set(http::field::cache_control, "no-store");
   response_->set("Content-Security-Policy",
-                 "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; frame-ancestors 'none'");
+                 "default-src 'self'; img-src 'self' blob: data:; connect-src 'self' ws: wss:; base-uri 'none'; "
+                 "form-action 'none'; frame-ancestors 'none'");
   response_->set("X-Content-Type-Options", "nosniff");
   response_->set("Referrer-Policy", "no-referrer");
   keep_ = keep_ && status < 400;

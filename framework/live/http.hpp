@@ -10,6 +10,8 @@
 
 namespace tofgraph::live {
 
+constexpr std::size_t max_connections = 64;  ///< HTTP and WebSocket; more are closed at once
+
 /// File of the page, part of the program: no request reaches the file system.
 struct PageFile {
   std::string_view type, content;

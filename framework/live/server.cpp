@@ -20,11 +20,13 @@ using tcp = net::ip::tcp;
 struct Server::Impl {
   Hub hub;
   tcp::acceptor acceptor{hub.io};
+  net::steady_timer pause{hub.io};  ///< after a failed accept
   net::executor_work_guard<net::io_context::executor_type> work{net::make_work_guard(hub.io)};
   std::thread thread;
 
   void listen();
   void accept();
+  void run();
 };
 
 void Server::Impl::listen() {
@@ -50,13 +52,30 @@ void Server::Impl::listen() {
 void Server::Impl::accept() {
   acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
     if (error == net::error::operation_aborted) return;
-    if (!error) {
+    if (error) {  // e.g. no more file descriptors: they come back when others leave
+      pause.expires_after(std::chrono::milliseconds(100));
+      return pause.async_wait([this](beast::error_code stopped) {
+        if (!stopped) accept();
+      });
+    }
+    if (hub.connections < max_connections) {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       std::make_shared<HttpSession>(std::move(socket), hub)->read();
     }
     accept();
   });
+}
+
+/// What a handler throws costs the connection that it was for, not the others.
+void Server::Impl::run() {
+  for (bool over = false; !over;) {
+    try {
+      hub.io.run();
+      over = true;
+    } catch (const std::exception&) {  // the handler is gone, and with it the connection
+    }
+  }
 }
 
 Server::Server(const ServerOptions& options, std::vector<NodeInfo> nodes, RunCalls calls)
@@ -66,7 +85,7 @@ Server::Server(const ServerOptions& options, std::vector<NodeInfo> nodes, RunCal
   impl_->hub.calls = std::move(calls);
   impl_->listen();
   impl_->accept();
-  impl_->thread = std::thread([this] { impl_->hub.io.run(); });
+  impl_->thread = std::thread([this] { impl_->run(); });
 }
 
 Server::~Server() {
@@ -98,7 +117,7 @@ void Server::show(std::shared_ptr<const Picture> picture) {
     for (const NodePicture& node : picture->nodes) shown |= std::uint64_t{1} << node.node;
     for (const auto& client : std::set(hub.clients)) {
       const std::uint64_t wants = client->ready_for_frame() ? client->protocol().wanted() : 0;
-      if (wants != 0 && (wants & ~shown) == 0) client->protocol().show(*picture);
+      if (wants != 0 && (wants & ~shown) == 0) client->guarded([&] { client->protocol().show(*picture); });
     }
     hub.update_wanted();
   });
@@ -108,7 +127,8 @@ void Server::end(std::shared_ptr<const Picture> last) {
   net::post(impl_->hub.io, [&hub = impl_->hub, last = std::move(last)] {
     hub.ended = true;
     hub.last = last;
-    for (const auto& client : std::set(hub.clients)) client->protocol().ended();
+    for (const auto& client : std::set(hub.clients)) client->guarded([&] { client->protocol().ended(); });
+    hub.update_wanted();
   });
 }
 

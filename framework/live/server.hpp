@@ -24,10 +24,11 @@ struct ServerOptions {
   double max_rate = 30;               ///< frames per second that a client gets at most
 };
 
-/// Questions of the server to the run. Both may be called on any thread and throw std::runtime_error in words.
+/// Questions of the server to the run. Both may be called on any thread, give JSON as text and throw
+/// std::runtime_error in words.
 struct RunCalls {
-  std::function<nlohmann::json()> state;
-  std::function<nlohmann::json(const std::string& node, const std::string& parameter, const std::string& value)> change;
+  std::function<std::string()> state;
+  std::function<std::string(const std::string& node, const std::string& parameter, const std::string& value)> change;
 };
 
 /// Server with a thread of its own. A client gets a frame when it has asked for one and the frame before it has left;

@@ -13,10 +13,6 @@ namespace {
 
 enum class Kind : std::uint32_t { rays = 1, frame = 2 };
 
-std::string json_line(const nlohmann::json& json) {
-  return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
 /// Message: kind, bytes of the JSON text, the text with blanks up to a multiple of 8, the values.
 std::string binary_message(Kind kind, const nlohmann::json& header, std::string values) {
   std::string text = json_line(header);
@@ -85,7 +81,6 @@ class ViewProtocol final : public Protocol {
       choose(json);
     } else if (op == "next") {
       ready_ = true;
-      if (client_.hub().ended) show_last();
     } else if (op == "state") {
       answer(client_.hub().calls.state, {{"op", "state"}});
     } else if (op == "set") {
@@ -126,10 +121,7 @@ class ViewProtocol final : public Protocol {
                                        std::move(values)));
   }
 
-  void ended() override {
-    client_.send_text(R"({"op":"end"})");
-    if (ready_) show_last();
-  }
+  void ended() override { client_.send_text(R"({"op":"end"})"); }
 
  private:
   void choose(const nlohmann::json& json) {
@@ -155,23 +147,21 @@ class ViewProtocol final : public Protocol {
                                        {reinterpret_cast<const char*>(node.rays), count * sizeof(float)}));
   }
 
-  void show_last() {
-    const auto last = client_.hub().last;
-    if (last && nodes_ != 0) show(*last);
+  void refuse(nlohmann::json head, const std::string& problem) {
+    head["problem"] = problem;
+    client_.send_text(json_line(head));
   }
 
-  void answer(std::function<nlohmann::json()> question, nlohmann::json head) {
-    if (asking_ >= 8) return;  // answers come one after the other
+  void answer(std::function<std::string()> question, nlohmann::json head) {
+    if (asking_ >= 8) return refuse(std::move(head), "too many questions at once: wait for the answers");
     ++asking_;
     client_.hub().ask(std::move(question), [client = client_.shared_from_this(), this, head = std::move(head)](
-                                               const nlohmann::json& reply, const std::string& problem) {
+                                               const std::string& reply, const std::string& problem) {
       --asking_;  // the client keeps this protocol
-      nlohmann::json message = head;
-      if (problem.empty())
-        message["reply"] = reply;
-      else
-        message["problem"] = problem;
-      client->send_text(json_line(message));
+      if (!problem.empty()) return refuse(head, problem);
+      std::string message = json_line(head);
+      message.insert(message.size() - 1, ",\"reply\":" + reply);
+      client->send_text(std::move(message));
     });
   }
 

@@ -4,7 +4,6 @@
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -19,9 +18,9 @@
 
 namespace tofgraph {
 
-/// The newest frame goes to each client that waits for one; what nobody waits for is not even copied. Several inputs
-/// can be looked at side by side. The server listens from prepare() on, so that a port that is taken is reported before
-/// the first frame.
+/// The newest frame goes to each client that waits for one; what nobody waits for is not even copied; with `hold` all
+/// is, since any frame may be the last. Several inputs can be looked at side by side. The server listens from prepare()
+/// on, so that a port that is taken is reported before the first frame; not where no run comes, as for `check`.
 struct LiveView final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, flags and points"}};
   Param<std::int64_t> port{
@@ -73,6 +72,7 @@ struct LiveView final : Sink {
     if (!local) options.token = live::random_token();
     std::istringstream words(*origins);
     for (std::string word; words >> word;) options.origins.push_back(word);
+    if (stopping()) return;
     try {
       server_ = std::make_unique<live::Server>(options, nodes_, calls());
     } catch (const std::runtime_error& error) {
@@ -100,9 +100,10 @@ struct LiveView final : Sink {
   }
 
   void finish() {
+    if (!server_) return;
     server_->end(last_);
     bool seen = false;
-    for (auto alone_since = Clock::now(); *hold && !stopping(); std::this_thread::sleep_for(tick)) {
+    for (auto alone_since = Clock::now(); *hold && runs_ && !stopping(); std::this_thread::sleep_for(tick)) {
       seen = seen || server_->clients() != 0;
       if (server_->clients() != 0) alone_since = Clock::now();
       if (seen && Clock::now() - alone_since > std::chrono::seconds(3)) break;  // longer than a reload of the page
@@ -166,6 +167,7 @@ struct LiveView final : Sink {
 
   void announce() {
     announced_ = true;
+    runs_ = host->run_state(context, nullptr, nullptr) == TOFGRAPH_STATUS_OK;
     const bool everywhere = *address == "0.0.0.0" || *address == "::";
     host->message(context, TOFGRAPH_MESSAGE_INFO,
                   fmt::format("live view: {}{}", server_->url(),
@@ -176,23 +178,23 @@ struct LiveView final : Sink {
   }
 
   void wait_for_client(Clock::time_point until) const {
-    while (*wait && server_->wanted() == 0 && !stopping() && Clock::now() < until)
+    while (*wait && runs_ && server_->wanted() == 0 && !stopping() && Clock::now() < until)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 
   void keep_pace() {
-    if (!pace.given()) return;
+    if (!pace.given() || !runs_) return;
     while (Clock::now() < next_ && !stopping()) std::this_thread::sleep_until(std::min(next_, Clock::now() + tick));
     next_ = std::max(next_, Clock::now() - tick) +
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / *pace));
   }
 
   /// A call of the host as a function that returns its answer or throws the reason.
-  template <class Call> static nlohmann::json asked(Call&& call) {
+  template <class Call> static std::string asked(Call&& call) {
     std::string text;
     const auto take = [](void* user, const char* answer) { *static_cast<std::string*>(user) = answer; };
     if (call(+take, &text) != TOFGRAPH_STATUS_OK) throw std::runtime_error(text);
-    return nlohmann::json::parse(text);
+    return text;
   }
 
   live::RunCalls calls() const {
@@ -206,7 +208,7 @@ struct LiveView final : Sink {
 
   std::vector<live::NodeInfo> nodes_;
   std::shared_ptr<const live::Picture> last_;
-  bool announced_ = false;
+  bool announced_ = false, runs_ = false;  // runs: in a pipeline; alone, as in `plugin check`, no client will come
   Clock::time_point next_{};
   std::unique_ptr<live::Server> server_;  // last: its thread ends first
 };

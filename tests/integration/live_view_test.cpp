@@ -223,6 +223,53 @@ TEST(LiveView, ForeignNamesOriginsAndMissingTokensAreRefused) {
   EXPECT_THAT(with_token.read(), HasSubstr("hello"));
 }
 
+TEST(LiveView, TheStateTellsNoPathOfTheComputer) {
+  const TemporaryFolder folder;
+  LiveRun run("pipeline: 1\nnodes:\n  - {name: read, stage: capture_reader, file: '" TOFGRAPH_SOURCE_DIR
+              "/pipelines/data/o3d303_scene.h5'}\n  - {name: mask, stage: mask, min_amplitude: 50 counts}\n"
+              "  - {name: write, stage: capture_writer, path: '" +
+              (folder.path() / "out.h5").string() +
+              "'}\n  - {name: view, stage: live_view, inputs: [mask], port: 0, hold: true}\n");
+  const std::string state = request(run.port(), http::verb::get, "/state").body;
+  ASSERT_THAT(state, HasSubstr("min_amplitude")) << "what may change is told";
+  EXPECT_THAT(state, testing::Not(HasSubstr(TOFGRAPH_SOURCE_DIR)));
+  EXPECT_THAT(state, testing::Not(HasSubstr("o3d303_scene.h5")));
+  EXPECT_THAT(state, testing::Not(HasSubstr(folder.path().string())));
+}
+
+TEST(LiveView, TheLastTwentyChangesAreTold) {
+  LiveRun run(viewed());
+  const auto change = [&](const std::string& value) {
+    return request(run.port(), http::verb::put, "/parameters",
+                   nlohmann::json({{"node", "denoise"}, {"parameter", "strength"}, {"value", value}}).dump());
+  };
+  for (int i = 1; i <= 25; ++i) ASSERT_EQ(change(std::to_string(i) + " mm").status, 200U);
+  const auto changes = nlohmann::json::parse(request(run.port(), http::verb::get, "/state").body)["changes"];
+  ASSERT_EQ(changes.size(), 20U);
+  EXPECT_EQ(changes.back()["value"], "25 mm");
+}
+
+TEST(LiveView, AChangeThatIsRefusedLaterIsTold) {
+  std::string slow = viewed();
+  slow.replace(slow.find("pace: 200 Hz"), 12, "pace: 0.02 Hz");
+  LiveRun run(slow);
+  const Answer answer = request(run.port(), http::verb::put, "/parameters",
+                                R"({"node":"denoise","parameter":"strength","value":"3 mm"})");
+  EXPECT_THAT(answer.body, HasSubstr("pending"));
+  run.stop();
+  const auto changes = nlohmann::json::parse(request(run.port(), http::verb::get, "/state").body)["changes"];
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0]["problem"], "the run is over");
+}
+
+TEST(LiveView, ViewTakesFilesWithAnyName) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5", folder.path() / "it's new!.h5");
+  const Outcome outcome =
+      shell("timeout -s INT 3 \"$TOFGRAPH\" view \"it's new!.h5\" --port 0 --camera o3d303 2>&1; true", folder.path());
+  EXPECT_THAT(outcome.out, HasSubstr("live view: http://localhost:"));
+}
+
 TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   LiveRun run(viewed());
   const TemporaryFolder folder;
@@ -235,6 +282,10 @@ TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   EXPECT_THAT(outcome.err,
               HasSubstr("parameter 'port': port " + run.port() + " is taken by another program: choose another one"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.h5"));
+  for (const std::string command : {"check", "explain"}) {
+    const Outcome looked = shell("\"$TOFGRAPH\" " + command + " p.yaml", folder.path());
+    EXPECT_EQ(looked.exit_code, 0) << command << ": " << looked.err;
+  }
   write_text(folder.path() / "q.yaml",
              "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator}\n  - {stage: live_view, port: 0}\n");
   EXPECT_THAT(shell("\"$TOFGRAPH\" run q.yaml", folder.path()).err,
@@ -243,6 +294,12 @@ TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
 
 TEST(LiveView, ManyClientsAndOnesThatNeverReadDoNotStopThePipeline) {
   LiveRun run(viewed(", clients: 16"));
+  const auto frames_in_a_second = [&] {
+    const std::uint64_t before = run.frames_done();
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    return run.frames_done() - before;
+  };
+  const std::uint64_t alone = frames_in_a_second();
   std::vector<std::unique_ptr<WebClient>> clients;
   int refused = 0;
   for (int i = 0; i < 50; ++i) {
@@ -257,8 +314,7 @@ TEST(LiveView, ManyClientsAndOnesThatNeverReadDoNotStopThePipeline) {
   EXPECT_EQ(clients.size(), 16U);
   EXPECT_EQ(refused, 34);
   const std::uint64_t before = run.frames_done();
-  std::this_thread::sleep_for(std::chrono::seconds(1));
-  EXPECT_GT(run.frames_done(), before + 5);
+  EXPECT_GE(2 * frames_in_a_second(), alone) << "at least half the rate; 16 frames are copied for those that stall";
   for (auto& client : clients) client->cut();  // in the middle of frames
   clients.clear();
   WebClient fresh(run.port());

@@ -138,6 +138,7 @@ const std::map<std::string, std::string> settings = {
     {"filter_orient", "--set turn=180"},
     {"filter_intrinsics", "--set 'fx=316 px'"},
     {"filter_mask", "--set 'min_amplitude=50 counts'"},
+    {"sink_live_view", "--set port=0"},
     {"sink_ply_writer", "--set 'path=cloud_{frame:06}.ply'"},
     {"source_capture_reader", "--set file=" TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5"},
 };

@@ -16,7 +16,8 @@ PROGRAM = next((shutil.which(name) for name in ("chromium", "chromium-browser", 
 
 
 class Browser:
-    def __init__(self, width=1500, height=950):
+    def __init__(self, width=1500, height=950, webgl=True):
+        """Without webgl everything is drawn by the processor, as on a computer without a graphics processor."""
         self.profile = tempfile.mkdtemp(prefix="tofgraph-browser-")
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
@@ -26,7 +27,8 @@ class Browser:
             os.dup2(a, 3)
             os.dup2(b, 4)
 
-        arguments = [PROGRAM, "--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run",
+        arguments = [PROGRAM, "--headless=new", "--no-sandbox", "--no-first-run",
+                     *(["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] if webgl else ["--disable-gpu"]),
                      "--disable-dev-shm-usage", "--disable-background-networking", f"--user-data-dir={self.profile}",
                      f"--window-size={width},{height}", "--remote-debugging-pipe", "about:blank"]
         self.process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=False,

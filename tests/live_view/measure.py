@@ -116,7 +116,7 @@ def browser(program, source, camera, pace):
     line = NODES.format(source=source, sink=f"live_view port=0 pace='{pace} Hz'")
     process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
     url = next(text[text.index("http://"):].split()[0] for text in process.stderr if "http://" in text)
-    with chromium.Browser() as page:
+    with chromium.Browser(webgl=False) as page:
         page.open(url)
         page.wait_for("window.tofgraph && tofgraph.drawn > 2", 60)
         first, before, used, start = page.evaluate("tofgraph.firstPicture"), page.evaluate("tofgraph.drawn"), processor_seconds(page.process.pid), time.monotonic()

@@ -3,7 +3,7 @@
 // The live view: connection, frames kept for stepping back, panes, tools.
 import {newView} from './cloud.js';
 import {Pane} from './pane.js';
-import {Parameters, showGraph, showStatistics} from './panels.js';
+import {element, Parameters, showGraph, showStatistics} from './panels.js';
 import {Session} from './session.js';
 import {drawHistogram, drawProfile, temporalNoise, valuesIn, median, wholeRegion} from './plots.js';
 import {download, pcdOf, pngOf} from './save.js';
@@ -13,7 +13,7 @@ const KEPT = 100, KEPT_BYTES = 256 << 20;
 const $ = (id) => document.getElementById(id);
 const shared = {view: newView(), by: 'depth', size: 1, marks: {pixel: null, region: null, line: null, channel: null}};
 const app = {frames: [], at: -1, paused: false, panes: [], shared, drawn: 0, rate: 0, shownNumber: -1};
-window.tofgraph = app;  // for tests and curious people
+window.tofgraph = app;  // for tests
 
 let dirty = false, ended = false, tab = 'pixel';
 const chosen = () => [$('node-a').value, $('node-b').value].filter((name, i, all) => name && all.indexOf(name) === i);
@@ -102,17 +102,27 @@ function draw() {
   if (tab === 'pixel') tools(frame, fresh);
 }
 
+/// Names come from files: they are text, never HTML.
+function tableRow(...cells) {
+  const row = element('tr');
+  row.append(...cells);
+  return row;
+}
+
 let lastTools = 0;
 function tools(frame, fresh) {
   const {marks} = shared, pane = app.panes[0];
   if (!pane || !pane.channels) return;
   const rows = marks.pixel ? app.panes.map((p) => p.valuesAt(marks.pixel)) : [];
   const names = [...new Set(rows.flat().map(([name]) => name))];
-  const cells = (name) => rows.map((values) => `<td class="n">${(values.find(([n]) => n === name) || ['', ''])[1]}</td>`).join('');
-  $('cursor').innerHTML = marks.pixel
-      ? `<tr><th>column ${marks.pixel[0]}, row ${marks.pixel[1]}</th>${app.panes.length > 1 ? app.panes.map((p) => `<th class="n">${p.info.name}</th>`).join('') : '<th></th>'}</tr>` +
-          names.map((name) => `<tr><td>${name}</td>${cells(name)}</tr>`).join('')
-      : '';
+  const number = (text, cell = 'td') => element(cell, text, {className: 'n'});
+  $('cursor').replaceChildren();
+  if (marks.pixel) {
+    const heads = app.panes.length > 1 ? app.panes.map((p) => number(p.info.name, 'th')) : [element('th')];
+    $('cursor').append(tableRow(element('th', `column ${marks.pixel[0]}, row ${marks.pixel[1]}`), ...heads));
+  }
+  for (const name of names)
+    $('cursor').append(tableRow(element('td', name), ...rows.map((values) => number((values.find(([n]) => n === name) || ['', ''])[1]))));
   const now = performance.now();
   if (fresh && now - lastTools < 500 && !app.paused) return;  // the plots need not keep up with every frame
   lastTools = now;
@@ -138,8 +148,9 @@ function noise(name, region) {
     return {node: pane.info.name, unit: now.unit, middle: median(valuesIn(now, region)), noise: temporalNoise(same, region)};
   }).filter(Boolean);
   app.noise = cells;
-  $('noise').innerHTML = cells.map((cell) => `<tr><td>${cell.node}: median ${quantity(cell.middle, cell.unit)}</td><td class="n">` +
-      `temporal noise ${quantity(cell.noise.median, cell.unit, 3)} (${cell.noise.frames} frames)</td></tr>`).join('');
+  $('noise').replaceChildren(...cells.map((cell) => tableRow(
+      element('td', `${cell.node}: median ${quantity(cell.middle, cell.unit)}`),
+      element('td', `temporal noise ${quantity(cell.noise.median, cell.unit, 3)} (${cell.noise.frames} frames)`, {className: 'n'}))));
 }
 
 function pause(wanted) {

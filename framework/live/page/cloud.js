@@ -32,7 +32,7 @@ export function matrixOf(view, aspect) {
 
 export const newView = () => ({name: 'orbit', yaw: 0.5, pitch: 0.35, distance: 0, target: [0, 0, 1], angle: 0.8, placed: false});
 
-/// One of the views: where the eye is. The middle and the extent of the cloud are in m.
+/// View: where the eye is. The middle and the extent of the cloud are in m.
 export function place(view, name, {middle, extent}) {
   view.name = name;
   view.placed = true;

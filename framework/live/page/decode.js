@@ -46,16 +46,17 @@ export function valueAt(channel, i) {
 
 /// Smallest and largest code but 0, without the outermost half per cent, so that single pixels do not take all colours.
 export function codeRange(channel) {
+  if (channel.range) return channel.range;
   const counts = new Uint32Array(65536);
   let total = 0;
   for (const code of channel.codes) {
     if (code !== 0) { ++counts[code]; ++total; }
   }
-  if (total === 0) return [1, 2];
+  if (total === 0) return channel.range = [1, 2];
   let low = 1, high = 65535;
   for (let seen = 0; (seen += counts[low]) <= total * 0.005 && low < 65535;) ++low;
   for (let seen = 0; (seen += counts[high]) <= total * 0.005 && high > low;) --high;
-  return [low, Math.max(high, low + 1)];
+  return channel.range = [low, Math.max(high, low + 1)];
 }
 
 /// Points of a node as x, y, z, NaN where there is none; null: it has no cloud.

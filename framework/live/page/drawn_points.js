@@ -2,22 +2,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Points drawn one by one into an image with a depth buffer, where there is no graphics processor.
 import {pointsOf} from './decode.js';
-import {colourWords, flagWord} from './images.js';
+import {codeColours, colourWords, flagWord} from './images.js';
 
 const BACKGROUND = 0xff1b1510;  // 0xAABBGGRR
 
 export class DrawnPoints {
-  constructor(canvas) { this.context = canvas.getContext('2d', {alpha: false}); }
+  constructor(canvas) { this.context = canvas.getContext('2d', {alpha: false, willReadFrequently: true}); }
 
   take(cloud, rays, colours) {
     this.positions(cloud, rays);
     const {points} = this, count = points.length / 3, {codes, from, to} = colours, scale = 1023 / (to - from);
     if (!this.words || this.words.length !== count) this.words = new Uint32Array(count);
     const {words} = this;
+    if (colours.mode === 'codes') {
+      const of = this.colours = codeColours([from, to], this.colours);
+      for (let i = 0; i < count; ++i) words[i] = of[codes[i]];
+      return;
+    }
     for (let i = 0; i < count; ++i) {
       if (colours.mode === 'flags') { words[i] = flagWord(codes[i]); continue; }
-      const place = ((codes ? codes[i] : points[3 * i + 2]) - from) * scale;
-      words[i] = codes && codes[i] === 0 ? 0xffaaaaaa : colourWords[place < 0 ? 0 : place > 1023 ? 1023 : place | 0];
+      const place = (points[3 * i + 2] - from) * scale;
+      words[i] = colourWords[place < 0 ? 0 : place > 1023 ? 1023 : place | 0];
     }
   }
 

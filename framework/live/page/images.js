@@ -18,6 +18,13 @@ export function flagWord(bits) {
   const reason = flagColours.find(([bit]) => bits & bit && bit !== 1);
   return reason ? reason[1] : bits & 1 ? flagColours[0][1] : word(OTHER_FLAG);
 }
+/// Colours of all codes: those outside the range have the colours of its ends, 0 is grey.
+export function codeColours([low, high], words = new Uint32Array(65536)) {
+  words.fill(colourWords[0], 1, low).fill(colourWords[1023], high + 1);
+  for (let code = low; code <= high; ++code) words[code] = colourWords[(code - low) / (high - low) * 1023 | 0];
+  words[0] = word(INVALID);
+  return words;
+}
 export const css = (hex) => '#' + hex.toString(16).padStart(6, '0');
 export const gradient = `linear-gradient(90deg, ${RISING.map(css).join(', ')})`;
 
@@ -43,6 +50,7 @@ export class ImageView {
     this.figure.innerHTML = '<figcaption><b></b><span></span></figcaption><canvas></canvas><div></div>';
     this.figure.querySelector('b').textContent = name;
     this.canvas = this.figure.querySelector('canvas');
+    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // drawn by the processor
     this.legend = this.figure.querySelector('div');
     this.range = null;
   }
@@ -58,7 +66,7 @@ export class ImageView {
     }
     if (channel.type === 'bits') this.paintFlags(codes);
     else this.paintCodes(channel);
-    this.canvas.getContext('2d').putImageData(this.picture, 0, 0);
+    this.context.putImageData(this.picture, 0, 0);
   }
 
   paintFlags(codes) {
@@ -81,11 +89,9 @@ export class ImageView {
   }
 
   paintCodes(channel) {
-    const {codes, offset, step, unit} = channel, [low, high] = codeRange(channel), scale = 1023 / (high - low), gap = word(INVALID);
-    for (let i = 0; i < codes.length; ++i) {
-      const code = codes[i], share = (code - low) * scale;
-      this.words[i] = code === 0 ? gap : colourWords[share < 0 ? 0 : share > 1023 ? 1023 : share | 0];
-    }
+    const {codes, offset, step, unit} = channel, [low, high] = codeRange(channel), {words} = this;
+    const colours = this.colours = codeColours([low, high], this.colours);
+    for (let i = 0; i < codes.length; ++i) words[i] = colours[codes[i]];
     const value = (code) => quantity(offset + (code - 1) * step, unit, 4);
     this.legend.className = 'scale';
     if (!this.bar) {
@@ -93,13 +99,15 @@ export class ImageView {
       this.legend.querySelector('i').style.background = gradient;
       this.bar = true;
     }
+    if (performance.now() - this.labelled < 400) return;  // text that flickers cannot be read
+    this.labelled = performance.now();
     this.legend.firstChild.textContent = value(low);
     this.legend.lastChild.textContent = value(high);
   }
 
   /// Marks over the image: a pixel, a region, a line, in pixels.
   mark({pixel, region, line}) {
-    const context = this.canvas.getContext('2d');
+    const {context} = this;
     context.lineWidth = Math.max(1, this.canvas.width / 200);
     context.strokeStyle = '#ff3b30';
     if (region) context.strokeRect(region[0], region[1], region[2] - region[0] + 1, region[3] - region[1] + 1);

@@ -3,7 +3,7 @@
 // Parameters, statistics and the graph.
 import {quantity} from './images.js';
 
-const element = (name, text, attributes = {}) => {
+export const element = (name, text, attributes = {}) => {
   const made = document.createElement(name);
   if (text !== undefined) made.textContent = text;
   Object.assign(made, attributes);
@@ -36,13 +36,14 @@ export class Parameters {
 
   /// Shows the live parameters of the nodes, once; then only values that others changed.
   update(state) {
-    const live = state.nodes.flatMap((node) => node.parameters.filter((p) => p.live).map((p) => ({node, p})));
+    const live = state.nodes.flatMap((node) => node.parameters.map((p) => ({node, p})));
     const names = live.map(({node, p}) => `${node.name}.${p.name}`).join();
     if (names !== this.names) this.build(live);
     this.names = names;
     for (const {node, p} of live) this.rows[`${node.name}.${p.name}`].value.textContent = p.value || 'not given';
     this.changes.replaceChildren(...state.changes.slice(-20).reverse().map(
-        (c) => element('li', `from frame ${c.frame}: ${c.node}, ${c.parameter} = ${c.value}`)));
+        (c) => element('li', c.problem ? `refused: ${c.node}, ${c.parameter} = ${c.value}: ${c.problem}`
+            : `from frame ${c.frame}: ${c.node}, ${c.parameter} = ${c.value}`)));
   }
 
   build(live) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What is shown, as files of the browser.
+// Files with the cloud or the picture that is shown.
 import {pointsOf, valueAt} from './decode.js';
 
 /// Cloud as PCD: x y z in m, then the amplitude if the frame has one of each point. Binary, invalid points are NaN.
