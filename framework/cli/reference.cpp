@@ -204,8 +204,9 @@ std::string python_stub(const json& stage) {
     if (std::ranges::find(keywords, name) == std::end(keywords))
       arguments += fmt::format(", {}: {}{}", name, python_type(p), p["required"].get<bool>() ? "" : " = ...");
   }
-  return fmt::format("    def {}(self, *, name: str = ...{}, **more: Any) -> Node:\n        \"\"\"{}.\n{}        \"\"\"\n",
-                     text_at(stage, "name"), arguments, text_at(stage, "summary"), about.empty() ? "" : "\n" + about);
+  return fmt::format(
+      "    def {}(self, *, name: str = ...{}, **more: Any) -> Node:\n        \"\"\"{}.\n{}        \"\"\"\n",
+      text_at(stage, "name"), arguments, text_at(stage, "summary"), about.empty() ? "" : "\n" + about);
 }
 
 /// The stages, by kind and name.

@@ -169,9 +169,9 @@ void CaptureWriter::Impl::create(const CaptureHeader& header) {
   }
   const Handle of_group(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_obj_track_times(of_group, false);
-  const Handle group(check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, of_group, H5P_DEFAULT),
-                           "the group frames cannot be created"),
-                     H5Gclose);
+  const Handle group(
+      check(H5Gcreate2(h5, layout::group, H5P_DEFAULT, of_group, H5P_DEFAULT), "the group frames cannot be created"),
+      H5Gclose);
   for (const CaptureChannel& channel : channels) {
     Series& made = series.emplace_back(group, channel.name, file_type(channel.type), h5::memory_type(channel.type),
                                        channel.extent, 1, options.compression);
