@@ -76,7 +76,7 @@ struct VoxelGrid final : Filter {
   struct Member {
     std::array<std::int64_t, 3> voxel;  // z, y, x
     std::size_t pixel;
-    auto operator<=>(const Member&) const = default;
+    auto operator<=>(const Member&) const = default;  // NOLINT(*-use-nullptr): a zero that the compiler writes
   };
 
   /// For each voxel with enough points its pixels.
