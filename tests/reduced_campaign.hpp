@@ -3,6 +3,7 @@
 /// @file A small campaign `c` and its folder of statistics `s`, for tests of reduce, merge and diagnose.
 #pragma once
 
+#include "tests/small_campaign.hpp"
 #include "tests/unit/full_disk.hpp"
 
 #include <gmock/gmock.h>
@@ -11,37 +12,16 @@
 
 #include <algorithm>
 #include <fstream>
-#include <memory>
 #include <string>
 #include <vector>
 
 namespace tofgraph::tests {
 
-class ReducedCampaign : public testing::Test {
+class ReducedCampaign : public SmallCampaign {
  protected:
-  static constexpr std::size_t conditions = 12;
-
   static void SetUpTestSuite() {
-    home_ = std::make_unique<TemporaryFolder>();
-    write_text(home() / "scene.yaml",
-               "scene: 1\nname: small campaign\ncamera: camcube2\nframes: 3\noutput: taps\nseed: 3\n"
-               "model: {light: reference, effects: [{effect: wiggling, amplitude: 6 mm, phase: 0.4 rad}]}\n"
-               "objects:\n  - {name: board, type: board, distance: 500 mm, reflectivity: 0.8}\n"
-               "sequence:\n"
-               "  - {key: board.distance, values: [600 mm, 800 mm, 1000 mm, 1200 mm, 1400 mm, 1600 mm]}\n"
-               "  - {key: integration_time, values: [0.5 ms, 1 ms]}\n");
-    write_text(home() / "ideal.yaml", "model: 1\ncamera: camcube2\nlight: reference\neffects: []\n");
-    done("$TOFGRAPH simulate scene.yaml -o c --quiet");
+    simulate(3, "taps");
     done("$TOFGRAPH reduce c/campaign.yaml -o s --quiet");
-  }
-  static void TearDownTestSuite() { home_.reset(); }
-
-  static std::filesystem::path home() { return home_->path(); }
-  static Outcome run(const std::string& command) { return shell(command, home()); }
-  static Outcome done(const std::string& command) {
-    Outcome outcome = run(command);
-    EXPECT_EQ(outcome.exit_code, 0) << command << "\n" << outcome.err;
-    return outcome;
   }
   /// The report of a search without the name and hash of the campaign's own file, and the model.
   static std::string result_of(const std::string& folder) {
@@ -72,9 +52,6 @@ class ReducedCampaign : public testing::Test {
     stream.seekp(at);
     stream.put(byte);
   }
-
- private:
-  static inline std::unique_ptr<TemporaryFolder> home_;
 };
 
 }  // namespace tofgraph::tests

@@ -67,7 +67,7 @@ std::string crash_message(const std::string& errors) {
   return text.substr(0, text.find('\n'));
 }
 
-/// How a process ended that said nothing.
+/// Ending of a process that reported nothing.
 std::string how_child_ended(const config::ChildResult& child, const json& check) {
   if (child.overtime) return fmt::format("does not end within {} s", check["seconds"].get<int>());
   std::string crash = crash_message(child.errors);

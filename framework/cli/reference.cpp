@@ -128,7 +128,7 @@ std::string commands_page(const CLI::App& app) {
   return text;
 }
 
-/// What may be written for a parameter.
+/// Schema of the values of a parameter.
 json value_schema(const json& p) {
   const std::string type = text_at(p, "type"), unit = text_at(p, "unit");
   json schema = json::object();

@@ -21,7 +21,7 @@ using namespace simulation;
 using graph::ParameterValues;
 using Values = std::vector<tofgraph_value>;
 
-/// What may matter to an effect: distances, angles, times, light.
+/// Quantities that an effect may depend on: distances, angles, times, light.
 struct Look {
   BoardPose board;
   double integration_time;  // s

@@ -11,7 +11,7 @@
 namespace tofgraph::conformance {
 namespace {
 
-/// What a format says while it opens a file.
+/// Messages of a format while it opens a file.
 struct Heard {
   std::string failure;
   std::size_t arrays = 0;

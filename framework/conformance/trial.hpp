@@ -63,7 +63,7 @@ class Trial {
   void finish() const;
   const graph::Stream& output() const { return node_->output(); }
 
-  /// What a frame holds, as a number. Frames with the same content have the same.
+  /// Hash of the content of a frame.
   static std::size_t digest(const tofgraph_frame& frame);
   /// The digests of frames 0 .. count - 1; of one that does not leave 0.
   std::vector<std::size_t> digests(std::uint64_t count, Content content = Content::ordinary);

@@ -67,7 +67,7 @@ void Server::Impl::accept() {
   });
 }
 
-/// What a handler throws costs the connection that it was for, not the others.
+/// An exception of a handler costs the connection that it was for, not the others.
 void Server::Impl::run() {
   for (bool over = false; !over;) {
     try {

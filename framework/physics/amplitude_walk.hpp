@@ -47,7 +47,7 @@ inline WalkSums walk_in_block(const std::vector<WalkPixel>& pixels) {
   return sums;
 }
 
-/// How much the distances of one frame rise with the amplitude: median over the blocks with contrast, m per factor 2.
+/// Rise of the distances of one frame with the amplitude: median over the blocks with contrast, m per factor 2.
 struct WalkOfFrame {
   double rise = 0, error = 0;  ///< error: standard deviation of the median
 };

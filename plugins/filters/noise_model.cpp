@@ -271,7 +271,7 @@ struct NoiseModel final : Filter {
         "coarser than the noise, or smoothed; use mode: profile, or give the denoisers a length, e.g. strength: 20 mm");
   }
 
-  /// One image of what the fit of the phase leaves of the samples, counts.
+  /// Term of a residual of the phase fit: an image and its factor.
   struct Term {
     std::size_t image;
     float factor;

@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// What is there is what the program would write now.
+/// Expects the files that the program would write now.
 void expect_fresh(const std::string& what, const std::string& place, const std::string& file = "") {
   const TemporaryFolder made;
   const Outcome outcome = shell("\"$TOFGRAPH\" manual " + what + " -o made", made.path());

@@ -37,7 +37,7 @@ struct Answer {
   std::string body;
 };
 
-/// One request. @param headers "Name: value" beside Host
+/// Sends a request. @param headers "Name: value" beside Host
 inline Answer request(const std::string& port, http::verb verb, const std::string& target, const std::string& body = "",
                       const std::vector<std::pair<std::string, std::string>>& headers = {}) {
   net::io_context io;
