@@ -118,6 +118,8 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
   if (!map.signed_values && std::ranges::none_of(map.values, [](double v) { return std::isfinite(v); }))
     script += "set cbrange [0:1]\n";
+  if (map.logarithmic && std::ranges::any_of(map.values, [](double v) { return v > 0; }))
+    script += "set logscale cb\nset cbtics add autofreq\n";
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
                         static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
   script += map.x_names.empty() && map.x_label.empty() ? "unset xtics\n" : names("x", map.x_names, false);
