@@ -237,7 +237,11 @@ def integration_times(runs):
     head = ["mm", "target", "printed: ms / RMSE, mm", "from the published boards", "simulated"]
     within = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin)
     white = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin if k[0] == "0")
-    summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
+    boards = runs.calibration("out/times_boards.yaml")
+    keys = zip(boards["target"], boards["distance"], boards["integration_time"])
+    every = {(LEVELS[int(t)], round(d), time): rmse for (t, d, time), rmse in zip(keys, boards["rmse"])}
+    flat = sorted(every[*k, real[k][0]] / twin[k][1] for k in twin if k[0] in LEVELS[3:])
+    summary = text.TIMES.format(flat=f"{flat[len(flat) // 2]:.2f}", rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
                                 typical=f"{sorted(map(abs, deviations))[len(rows) // 2]:.2f}")
     framed = [{d: time for (name, d), (time, _) in twin.items() if name == level} for level in LEVELS]
     found = runs.calibration("out/simulated_times.yaml")

@@ -165,7 +165,7 @@ struct Statistics final : Sink {
   }
 
   static bool counts(const Input& input, float number) {
-    return input.unit == "m" ? is_valid_length(number) : std::isfinite(number);
+    return is_length_channel(input.channel.c_str()) ? is_valid_length(number) : std::isfinite(number);
   }
 
   static const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {

@@ -317,6 +317,11 @@ TEST_F(StatisticsStage, TakesEveryImageInItsOwnUnit) {
   EXPECT_NEAR(found["sd"].get<double>(), std::sqrt(50.0 / 3), 1e-12);
   EXPECT_NEAR(found["rms"].get<double>(), std::sqrt(66.0 / 4), 1e-12);
 
+  // An offset is in m, but no length: it may be negative.
+  const json offset = of("offset", {1, 2}, {{-0.004F, 0.006F}}, "channel=offset");
+  EXPECT_EQ(offset["count"], 2);
+  EXPECT_NEAR(offset["mean"].get<double>(), 0.001, 1e-9);
+
   const fs::path csv = folder.path() / "a.csv";
   const Outcome outcome = shell(
       "\"$TOFGRAPH\" run \"simulator frames=1 ! four_phase_decoder ! statistics "
