@@ -81,7 +81,8 @@ CHAPTER_3 = [
     ["figure 3.3, RMSE over 8 h", "rmse", "falls for 60 min to about 16, rises after 4 h",
      "{first} at power-on, {hour} after 1 h, {four} after 4 h, {last} after 8 h",
      "the level is given: the noise of `camcube2_measured` was set by it; the slow drift behind the rise is assumed, as "
-     "neither its size nor its cause is published"],
+     "neither its size nor its cause is published; the value at power-on follows from the drift of table 3.1, an upper "
+     "bound, and is not printed"],
 ]
 
 RAW = "no image of the real camera is published"

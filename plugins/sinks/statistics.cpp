@@ -168,13 +168,6 @@ struct Statistics final : Sink {
     return is_length_channel(input.channel.c_str()) ? is_valid_length(number) : std::isfinite(number);
   }
 
-  static const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {
-    for (const tofgraph_channel& c :
-         Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
-      if (name == c.name) return &c;
-    return nullptr;
-  }
-
   void check_reference(const tofgraph_stream& stream, const tofgraph_channel& image) const {
     const tofgraph_channel* const found = channel_of(stream, *reference);
     if (found == nullptr)
