@@ -218,13 +218,17 @@ TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {
 TEST_F(WarmUp, TheMeanIsThatOfTheFourCentrePixelsOrOfAWindow) {
   record("a.h5", {10e-3, 3.05, 10 * mm, 12 * minute}, 2 * hour, 5 * minute, 4 * mm);
   const auto values = raw_values<float>(folder.path() / "a.h5", "/frames/distance");
-  const auto mean_of = [&](std::size_t first, std::size_t last) {  // of a square window, and all frames
+  // Over a square window and the time: the frames are evenly spaced, the first and the last stand for half as long.
+  const auto mean_of = [&](std::size_t first, std::size_t last) {
+    const std::size_t frames = values.size() / plain_pixels;
     double sum = 0, count = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const std::size_t column = i % plain_side, row = i % plain_pixels / plain_side;
       if (column < first || column > last || row < first || row > last) continue;
-      sum += static_cast<double>(values[i]);
-      count += 1;
+      const std::size_t frame = i / plain_pixels;
+      const double weight = frame == 0 || frame + 1 == frames ? 0.5 : 1;
+      sum += weight * static_cast<double>(values[i]);
+      count += weight;
     }
     return sum / count;
   };
