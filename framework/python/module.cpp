@@ -5,6 +5,7 @@
 #include "config/json_text.hpp"
 #include "graph/runner.hpp"
 #include "python/arrays.hpp"
+#include "python/run_lock.hpp"
 #include "python/stage.hpp"
 
 #include <pybind11/functional.h>
@@ -44,7 +45,7 @@ std::unique_ptr<graph::Graph> build(const Description& description, std::vector<
   if (description.message) {
     options.message = [tell = description.message](const std::string& node, const std::string& text, bool warning) {
       if (Py_IsInitialized() == 0) return;
-      const py::gil_scoped_acquire lock;
+      const RunLock lock;
       try {
         tell(node, text, warning);
       } catch (py::error_already_set& error) {
@@ -107,6 +108,25 @@ class Run {
     });
   }
   ~Run() { close(); }
+
+  /// Destroys a run; within a call that a run made, on a thread of its own.
+  static void discard(Run* run) {
+    if (!RunLock::held()) {
+      delete run;
+      return;
+    }
+    run->close();
+    discarding().emplace_back([run] {
+      const py::gil_scoped_acquire lock;
+      delete run;
+    });
+  }
+  /// Waits for runs that are still being destroyed: before the interpreter ends.
+  static void finish_discarding() {
+    std::vector<std::thread> threads = std::exchange(discarding(), {});
+    const py::gil_scoped_release unlocked;
+    for (std::thread& thread : threads) thread.join();
+  }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
 
@@ -132,7 +152,7 @@ class Run {
     end();
   }
 
-  /// Ends the run in order; frames that wait are dropped.
+  /// Ends the run in order; frames that wait are dropped. Does not wait for the end within a call that a run made.
   void close() {
     const py::gil_scoped_release unlocked;
     std::deque<std::shared_ptr<HeldFrame>> dropped;  // destroyed without the mutex: arrays wait for the interpreter
@@ -143,6 +163,7 @@ class Run {
       changed_.notify_all();
     }
     if (runner_) runner_->stop();
+    if (RunLock::held()) return;  // this run may be the caller: discard() waits elsewhere
     if (thread_.joinable()) thread_.join();
     runner_.reset();
     graph_.reset();
@@ -161,6 +182,12 @@ class Run {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
+  /// Threads that destroy runs; the interpreter's lock guards the list.
+  static std::vector<std::thread>& discarding() {
+    static std::vector<std::thread> threads;
+    return threads;
+  }
+
   void receive(tofgraph_frame& frame) {
     auto held = std::make_shared<HeldFrame>(frame);
     std::unique_lock lock(mutex_);
@@ -285,8 +312,13 @@ PYBIND11_MODULE(_core, module) {
     static_cast<void>(build(description, warnings));
     return warnings;
   });
-  py::class_<Run>(module, "Run")
-      .def(py::init<const Description&, const std::string&, bool, std::uint64_t, unsigned, std::size_t>(),
+  py::class_<Run, std::shared_ptr<Run>>(module, "Run")
+      .def(py::init([](const Description& description, const std::string& node, bool keep_frames, std::uint64_t frames,
+                       unsigned threads, std::size_t capacity) {
+             if (!RunLock::held()) Run::finish_discarding();
+             return std::shared_ptr<Run>(new Run(description, node, keep_frames, frames, threads, capacity),
+                                         &Run::discard);
+           }),
            py::arg("description"), py::arg("node"), py::arg("keep_frames"), py::arg("frames"), py::arg("threads"),
            py::arg("capacity"))
       .def("next", &Run::next)
@@ -294,6 +326,7 @@ PYBIND11_MODULE(_core, module) {
       .def("close", &Run::close)
       .def("result", &Run::result)
       .def_property_readonly("warnings", &Run::warnings);
+  module.def("finish_discarding", &Run::finish_discarding);
   module.def("describe", &describe, py::arg("name"), py::arg("plugin_folders"),
              py::call_guard<py::gil_scoped_release>());
   module.def("stages", &stages, py::arg("plugin_folders"), py::call_guard<py::gil_scoped_release>());
