@@ -450,7 +450,7 @@ class Endings(unittest.TestCase):
             if "LD_PRELOAD" not in os.environ and grown > 16e6:  # a sanitizer keeps freed memory
                 sys.exit(f"{grown} bytes were kept")
             print("on the way")
-        """, timeout=900)
+        """, timeout=1800)
 
 
 class Captures(Folder):
