@@ -11,7 +11,7 @@ namespace tofgraph::config {
 
 /// That of the program's own modules.
 std::filesystem::path library_folder();
-std::filesystem::path plugin_folder();     ///< lib/tofgraph/plugins
+std::filesystem::path plugin_folder();  ///< lib/tofgraph/plugins
 /// The folder below /usr/local where CMake installs plugins by default, for a program below /usr; else empty.
 std::filesystem::path local_plugin_folder();
 std::filesystem::path built_in_plugins();  ///< a list of the plugins that come with the program, a file name a line
