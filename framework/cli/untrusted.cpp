@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/untrusted.hpp"
+#include "config/process_limits.hpp"
 #include "graph/plugin.hpp"
-#include "io/captures/capture_guard.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <algorithm>
 #include <array>
@@ -25,7 +24,7 @@ bool lies_in(const std::filesystem::path& path, const std::filesystem::path& fol
 
 void restrict_process(const UntrustedLimits& limits) {
   graph::use_built_in_plugins_only();
-  io::set_limits({.memory = limits.memory, .cpu_seconds = static_cast<unsigned>(RLIM_INFINITY)});
+  config::limit_process({.memory = limits.memory});
 }
 
 void refuse_devices(const config::Value& pipeline) {
