@@ -85,7 +85,8 @@ TEST_F(Untrusted, LimitsMemory) {
 
 TEST_F(Untrusted, LimitsFrames) {
   const tests::Outcome outcome = tests::shell(
-      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none ! four_phase_decoder ! statistics path=s.json' "
+      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate='80 Hz' ! four_phase_decoder ! statistics "
+      "path=s.json' "
       "--camera received/tiny.yaml",
       folder_.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
