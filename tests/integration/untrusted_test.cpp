@@ -85,7 +85,7 @@ TEST_F(Untrusted, LimitsMemory) {
 
 TEST_F(Untrusted, LimitsFrames) {
   const tests::Outcome outcome = tests::shell(
-      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate='80 Hz' ! four_phase_decoder ! statistics "
+      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate=80Hz ! four_phase_decoder ! statistics "
       "path=s.json' "
       "--camera received/tiny.yaml",
       folder_.path());
