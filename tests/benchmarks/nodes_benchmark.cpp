@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // What a node costs that only passes frames on, beside a virtual call. The difference between 50 nodes and one, divided
-// by 49, is the node; bench/results.py measures GStreamer's `identity` in the same way.
+// by 49, is the node; results.py measures GStreamer's `identity` in the same way.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <tofgraph/pipeline.hpp>
