@@ -87,20 +87,21 @@ Seconds run_graph(unsigned count, unsigned threads, std::int64_t capacity) {
   return per_frame(start, count - start_frames);
 }
 
-const by_hand::Chain& chain() {
-  static const by_hand::Chain it = [] {
+const by_hand::Chain& chain(bool bisection) {
+  static const auto make = [](bool bisects) {
     config::Diagnostics diagnostics;
     const auto camera = io::load_profile(io::find_profile("camcube2", "."), diagnostics);
-    return by_hand::Chain(camera->view(), source / "devices/calibrations/camcube2_offset.yaml");
-  }();
-  return it;
+    return by_hand::Chain(camera->view(), source / "devices/calibrations/camcube2_offset.yaml", bisects);
+  };
+  static const by_hand::Chain newton = make(false), halving = make(true);
+  return bisection ? halving : newton;
 }
 
 /// Frames are dealt to the threads, the best that can be had by hand; HDF5 serves one at a time.
-Seconds run_by_hand(unsigned count, unsigned threads) {
+Seconds run_by_hand(unsigned count, unsigned threads, bool bisection) {
   cv::setNumThreads(1);
   const by_hand::Capture capture(folder() / "capture.h5");
-  const by_hand::Chain& each = chain();
+  const by_hand::Chain& each = chain(bisection);
   const Seconds start = now();
   std::atomic<unsigned> next = 0;
   std::mutex reading;
@@ -152,8 +153,8 @@ void compare(benchmark::State& state) {
   std::vector<float> phases(4 * by_hand::side * by_hand::side);
   Cloud hand, graph, hand_raw, graph_raw;
   by_hand::Capture(folder() / "capture.h5").read(0, phases.data());
-  chain()(phases.data(), hand_raw, false);
-  chain()(phases.data(), hand);
+  chain(false)(phases.data(), hand_raw, false);
+  chain(false)(phases.data(), hand);
   run_graph(start_frames + 1, 1, 4);
   if (pcl::io::loadPCDFile(cloud_file("graph", 0), graph) != 0 ||
       pcl::io::loadPCDFile(cloud_file("raw", 0), graph_raw) != 0)
@@ -176,8 +177,8 @@ void count_frames(benchmark::State& state, const Seconds& seconds) {
 void graph(benchmark::State& state) {
   for (auto _ : state) count_frames(state, run_graph(frames, static_cast<unsigned>(state.range(0)), state.range(1)));
 }
-void hand(benchmark::State& state) {
-  for (auto _ : state) count_frames(state, run_by_hand(100, static_cast<unsigned>(state.range(0))));
+void hand(benchmark::State& state, bool bisection) {
+  for (auto _ : state) count_frames(state, run_by_hand(100, static_cast<unsigned>(state.range(0)), bisection));
 }
 BENCHMARK(graph)
     ->ArgNames({"threads", "queue"})
@@ -186,6 +187,18 @@ BENCHMARK(graph)
     ->Iterations(1)
     ->UseManualTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(hand)->ArgName("threads")->Arg(1)->Arg(2)->Iterations(1)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(hand, newton, false)
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
+    ->Iterations(1)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(hand, bisection, true)
+    ->ArgName("threads")
+    ->Arg(2)
+    ->Iterations(1)
+    ->UseManualTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -61,7 +61,9 @@ class Capture {
 class Chain {
  public:
   /// @param camera the same camera, which the calibration is compared with
-  Chain(const tofgraph_camera& camera, const std::filesystem::path& calibration) {
+  /// @param bisection solves the model like the reference; false: Newton's method, which is faster
+  Chain(const tofgraph_camera& camera, const std::filesystem::path& calibration, bool bisection)
+      : bisection_(bisection) {
     const cv::Matx33d matrix(focal_px, 0, centre, 0, focal_px, centre, 0, 0, 1);
     const cv::Vec4d lens(-0.15, 0, 0, 0);
     std::vector<cv::Point2d> pixels, straight;
@@ -152,12 +154,15 @@ class Chain {
     return mean;
   }
 
-  /// D_ref by Newton's method, to a micrometre.
-  static double reference_distance(const cv::Point3f& u, float distance) {
+  /// D_ref to a micrometre.
+  double reference_distance(const cv::Point3f& u, float distance) const {
     const double given = 2 * double{distance} - double{f} / double{u.z};
-    double r = given / 2;
-    for (int step = 0; step < 20; ++step) {
-      double slope = 0;
+    double slope = 0, low = 0, high = 7.5, r = given / 2;
+    while (bisection_ && high - low > 1e-6) {
+      r = (low + high) / 2;
+      (mean_path(u, r, slope) + r < given ? low : high) = r;
+    }
+    for (int step = 0; step < 20 && !bisection_; ++step) {
       const double change = (mean_path(u, r, slope) + r - given) / (slope + 1);
       r -= change;
       if (std::abs(change) < 1e-6) break;
@@ -199,6 +204,7 @@ class Chain {
   std::vector<cv::Point3f> nominal_, rays_;
   cv::Mat errors_;
   float gain_ = 0;
+  bool bisection_;
 };
 
 }  // namespace by_hand
