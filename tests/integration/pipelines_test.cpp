@@ -146,29 +146,6 @@ TEST_F(Pipelines, CaptureToCloudReadsWhatRecordBoardWrote) {
   EXPECT_NEAR(std::sqrt(squares / n - mean * mean) / expected, 1, 0.1);
 }
 
-/// Like FullCorrectionBringsThemThereToo, but from a file and with a calibrated lens.
-TEST_F(Pipelines, FullChainPutsThreeTargetsInTheirPlaces) {
-  const Outcome made =
-      shell("\"$TOFGRAPH\" simulate scenes/papers_while_warming.yaml -o out/full_chain.h5", folder.path());
-  ASSERT_EQ(made.exit_code, 0) << made.err;
-  const Outcome outcome = run("full_chain.yaml");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  pcl::PointCloud<pcl::PointXYZI> points;
-  pcl::fromPCLPointCloud2(cloud("out/full_chain/cloud_000001.pcd"), points);
-  const struct {
-    std::uint32_t first, last;  // columns
-    double depth;
-  } targets[] = {{20, 30, 2}, {96, 108, 2.5}, {165, 185, 4}};
-  for (const auto& target : targets) {
-    double sum = 0, count = 0;
-    for (std::uint32_t row = 90; row <= 113; ++row) {
-      for (std::uint32_t column = target.first; column <= target.last; ++column, ++count)
-        sum += double{points.at(column, row).z};
-    }
-    EXPECT_NEAR(sum / count, target.depth - 0.0128, 2e-3);
-  }
-}
-
 TEST_F(Pipelines, CompareModelsGivesTheReferencesFigures) {
   // equations.md section 5: mean and sd in mm of a board at 505.02 mm with 2.77 mm of noise on D.
   ASSERT_EQ(run("compare_models.yaml --set table.path=models.json").exit_code, 0);
@@ -336,11 +313,9 @@ TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {
-  for (const auto& entry : fs::directory_iterator(pipelines)) {
-    if (entry.path().extension() != ".yaml" || entry.path().stem() == "capture_to_cloud" ||
-        entry.path().stem() == "full_chain")
-      continue;  // need data
-    const Outcome outcome = shell("\"$TOFGRAPH\" check " + entry.path().filename().string(), folder.path());
+  for (const fs::path file : fs::directory_iterator(pipelines)) {  // two need a capture first
+    if (file.extension() != ".yaml" || file.stem() == "capture_to_cloud" || file.stem() == "full_chain") continue;
+    const Outcome outcome = shell("\"$TOFGRAPH\" check " + file.filename().string(), folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   }
 }
