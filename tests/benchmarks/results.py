@@ -1,11 +1,11 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the benchmarks and their peers and writes bench/RESULTS.md with its plots. ./bootstrap bench builds and calls it.
+"""Runs the benchmarks and their peers, writes bench/RESULTS.md with its plots. ./bootstrap bench builds and calls it.
 
 Every figure is the median of interleaved repetitions. Stages on one core are compared by processor time, which other
-programs on the machine disturb less; chains on several threads by elapsed time. A peer that is not installed is skipped
-with a note."""
+programs on the machine disturb less; chains on several threads by elapsed time. A peer that is not installed is
+skipped with a note."""
 import argparse
 import datetime
 import json
@@ -58,8 +58,8 @@ def say(*lines):
 
 
 def require(what, measured, wanted, holds):
-    required.append((what, measured, wanted, "yes" if holds else "not shown, the machine was busy" if os.getloadavg()[0]
-                     > 3 and "quiet" in what else "**no**"))
+    busy = "quiet" in what and os.getloadavg()[0] > 3
+    required.append((what, measured, wanted, "yes" if holds else "not shown, busy machine" if busy else "**no**"))
 
 
 def measure(program, repetitions, min_time=0.1):
@@ -102,45 +102,50 @@ def plot(name, title, axes, commands, data):
 def chain(repetitions):
     m = measure("chain_benchmark", repetitions)
     same = m["compare/iterations:1"]
-    say("## The whole chain", "`pipelines/full_chain.yaml`, 204 x 204 pixels, capture and clouds in `/dev/shm`, beside the "
-        "same chain by hand with HDF5, OpenCV and PCL (`tests/benchmarks/chain_by_hand.hpp`), its frames dealt to the "
-        "threads. It computes no sigma and no flags. The clouds agree: before the denoisers half of the points to "
+    say("## The whole chain", "`pipelines/full_chain.yaml`, 204 x 204 pixels, capture and clouds in `/dev/shm`, "
+        "beside the same chain by hand with HDF5, OpenCV and PCL (`tests/benchmarks/chain_by_hand.hpp`), its frames "
+        "dealt to the threads. It computes no sigma and no flags. The clouds agree: before the denoisers half of "
+        "the points to "
         f"{same['before_denoising_median_mm']:.2f} mm, 90 % to {same['before_denoising_90_percent_mm']:.2f} mm "
         "(required: 0.1 and 0.3); after them, which differ in how they compare patches, half to "
         f"{same['median_mm']:.2f} mm (required: 1).")
     rows = []
     for threads in (1, 2):
         ours, hand = m[f"graph/threads:{threads}/queue:4"], m[f"hand/newton/threads:{threads}"]
-        rows.append((threads, f"{1e3 / ours['real']:.0f}", f"{1e3 / hand['real']:.0f}", f"{hand['real'] / ours['real']:.1f}",
+        rows.append((threads, f"{1e3 / ours['real']:.0f}", f"{1e3 / hand['real']:.0f}",
+                     f"{hand['real'] / ours['real']:.1f}",
                      f"{ours['processor_ms']:.2f} ms", f"{hand['processor_ms']:.2f} ms",
                      f"{hand['processor_ms'] / ours['processor_ms']:.1f}"))
     table(("threads", "tofgraph, frames/s", "by hand, frames/s", "times faster", "processor time of a frame", "by hand",
            "ratio"), rows)
     halving = m["hand/bisection/threads:2"]
-    say(f"By hand with the reference's bisection instead of Newton's method, two threads: {1e3 / halving['real']:.0f} "
-        f"frames/s, {halving['processor_ms']:.1f} ms; tofgraph is {halving['real'] / ours['real']:.1f} times faster. tofgraph's "
-        "time includes SHA-256 of the capture for the provenance of the clouds, until the run has ended.")
+    say(f"By hand with the reference's bisection instead of Newton's method, two threads: "
+        f"{1e3 / halving['real']:.0f} frames/s, {halving['processor_ms']:.1f} ms; tofgraph is "
+        f"{halving['real'] / ours['real']:.1f} times faster. "
+        "tofgraph's time includes SHA-256 of the capture for the provenance of the clouds, until the run has ended.")
     queues = [(n, 1e3 / m[f"graph/threads:2/queue:{n}"]["real"]) for n in (1, 2, 4, 8, 16)]
     say("Frames in flight, two threads (`queue: {capacity: N}` of the source): "
         + ", ".join(f"{n}: {rate:.0f} frames/s" for n, rate in queues) + ".")
     two, hand = m["graph/threads:2/queue:4"], m["hand/newton/threads:2"]
-    require("whole chain, two threads, times faster than by hand with Newton's method", f"{hand['real'] / two['real']:.1f} (elapsed), "
-            f"{hand['processor_ms'] / two['processor_ms']:.1f} (processor time)", "5", hand["real"] / two["real"] >= 5)
+    require("whole chain, two threads, times faster than by hand with Newton's method",
+            f"{hand['real'] / two['real']:.1f} (elapsed), {hand['processor_ms'] / two['processor_ms']:.1f} "
+            f"(processor time)", "5", hand["real"] / two["real"] >= 5)
     require("whole chain, two quiet cores, frames/s", f"{1e3 / two['real']:.0f} on this machine as it was; two cores "
             f"for its processor time alone: {2e3 / two['processor_ms']:.0f}", "800", 1e3 / two["real"] >= 800)
-    bars = [(f'"tofgraph, {t} thread{"s" * (t > 1)}"', 1e3 / m[f"graph/threads:{t}/queue:4"]["real"]) for t in (1, 2)] + [
-        (f'"by hand, {t} thread{"s" * (t > 1)}"', 1e3 / m[f"hand/newton/threads:{t}"]["real"]) for t in (1, 2)]
-    plot("chain.svg", "Whole chain, frames per second", "set style fill solid 0.7\nset boxwidth 0.6\nset yrange [0:*]\n"
-         "set ylabel 'frames/s'\nunset key", "plot $d using 0:2:xtic(1) with boxes lc rgb '#2a6f97', "
+    bars = [(f'"{side}, {threads} thread{"s" * (threads > 1)}"', 1e3 / m[name.format(threads)]["real"])
+            for side, name in (("tofgraph", "graph/threads:{}/queue:4"), ("by hand", "hand/newton/threads:{}"))
+            for threads in (1, 2)]
+    plot("chain.svg", "Whole chain, frames per second", "set style fill solid 0.7\nset boxwidth 0.6\nset xtics nomirror\nset yrange "
+        "[0:*]\nset ylabel 'frames/s'\nunset key", "plot $d using 0:2:xtic(1) with boxes lc rgb '#2a6f97', "
          "$d using 0:2:(sprintf('%.0f', $2)) with labels offset 0,0.7", {"d": bars})
 
 
 def nodes(repetitions):
     m = measure("nodes_benchmark", repetitions)
-    say("## The cost of a node", "A chain of nodes that pass each frame on; a node is the difference between 50 and 1, "
-        "divided by 49. GStreamer: `fakesrc ! identity .. ! fakesink`, its elements run in one thread.")
-    rows = [(f"tofgraph, {t} thread{'s' * (t > 1)}", *(m[f"pass_on/nodes:{n}/threads:{t}"]["real"] * 1e3 for n in (1, 10, 50)))
-            for t in (1, 2)]
+    say("## The cost of a node", "A chain of nodes that pass each frame on; a node is the difference between 50 "
+        "and 1, divided by 49. GStreamer: `fakesrc ! identity .. ! fakesink`, its elements run in one thread.")
+    rows = [(f"tofgraph, {threads} thread{'s' * (threads > 1)}",
+             *(m[f"pass_on/nodes:{n}/threads:{threads}"]["real"] * 1e3 for n in (1, 10, 50))) for threads in (1, 2)]
     rows.append(("virtual call", *(m[f"virtual_call/nodes:{n}"]["cpu"] * 1e3 for n in (1, 10, 50))))
     if shutil.which("gst-launch-1.0"):
         def gst(count, frames=50000):
@@ -164,10 +169,10 @@ def nodes(repetitions):
 def sizes(repetitions):
     m = measure("sizes_benchmark", repetitions)
     triad = m["triad"]["bytes_per_second"]
-    say("## From 64 x 48 pixels to 4 megapixels", "ns of processor time for a pixel, one core. The share is that of the "
-        f"bandwidth which STREAM's triad reached in the same run ({triad / 1e9:.1f} GB/s), for the bytes that a pixel's "
-        "images and tables have at least; small images stay in the caches and exceed it. Cycles are those of the time "
-        f"stamp counter, {figures['mhz'] / 1e3:.2f} GHz.")
+    say("## From 64 x 48 pixels to 4 megapixels", "ns of processor time for a pixel, one core. The share is that of "
+        f"the bandwidth which STREAM's triad reached in the same run ({triad / 1e9:.1f} GB/s), for the bytes that a "
+        "pixel's images and tables have at least; small images stay in the caches and exceed it. Cycles are "
+        f"those of the time stamp counter, {figures['mhz'] / 1e3:.2f} GHz.")
     rows, data = [], {}
     for stage in ("decoder", "model_correction", "optimized_bistatic", "point_cloud"):
         runs = [m[f"{stage}/{i}"] for i in range(5)]
@@ -179,7 +184,8 @@ def sizes(repetitions):
         spread = max(ns[1:]) / min(ns[1:])
         require(f"`{stage}`, ns for a pixel from 0.04 to 4 megapixels, largest over smallest", f"{spread:.2f}", "1.2",
                 spread <= 1.2)
-        require(f"`{stage}`, 4 megapixels, times the limit by bandwidth", f"{ns[4] / limit:.1f}", "2", ns[4] <= 2 * limit)
+        require(f"`{stage}`, 4 megapixels, times the limit by bandwidth", f"{ns[4] / limit:.1f}", "2",
+                ns[4] <= 2 * limit)
     table(("stage", "64 x 48", "204 x 204", "640 x 480", "1024 x 1024", "2048 x 2048", "cycles, 2048 x 2048",
            "limit by bandwidth", "share"), rows)
     plot("pixels.svg", "Processor time of a pixel", "set logscale x\nset yrange [0:*]\nset xlabel 'megapixels'\n"
@@ -188,10 +194,11 @@ def sizes(repetitions):
 
 
 def reading(repetitions, tofgraph, folder):
-    say("## Reading a capture", "500 frames of four float32 images, 204 x 204, from `/dev/shm`: processor time of a frame.")
+    say("## Reading a capture",
+        "500 frames of four float32 images, 204 x 204, from `/dev/shm`: processor time of a frame.")
     capture = folder / "capture.h5"
-    subprocess.run([tofgraph, "simulate", ROOT / "pipelines/scenes/papers_while_warming.yaml", "-o", capture, "--frames",
-                    "500", "--quiet"], check=True)
+    subprocess.run([tofgraph, "simulate", ROOT / "pipelines/scenes/papers_while_warming.yaml", "-o", capture,
+                    "--frames", "500", "--quiet"], check=True)
 
     def ours():
         both = [processor_time([tofgraph, "run", f"capture_reader file={capture} ! null", "--camera", "camcube2",
@@ -210,8 +217,9 @@ def reading(repetitions, tofgraph, folder):
     runs = [(ours(), theirs() if h5py else float("nan")) for _ in range(repetitions)]
     a, b = (statistics.median(column) * 1e3 for column in zip(*runs))
     table(("`capture_reader`", "h5py", "times faster"), [(f"{a:.3f} ms", f"{b:.3f} ms", f"{b / a:.2f}")])
-    say("`capture_reader` also reads the metadata of each frame and checks them; the difference between runs of 20 and 500 "
-        "frames is counted, through the whole program. Open3D's PCD writer was not measured: Debian 12 has no package.")
+    say("`capture_reader` also reads the metadata of each frame and checks them; the difference between runs of "
+        "20 and 500 frames is counted, through the whole program. Open3D's PCD writer was not measured: Debian 12 has "
+        "no package.")
 
 
 def search(tofgraph, folder):
@@ -234,8 +242,9 @@ def search(tofgraph, folder):
 
 
 def stages(repetitions):
-    say("## Stage by stage", "Each stage alone through the plugin interface, one core, 204 x 204 pixels unless its name says "
-        "otherwise: processor time. The budgets are those of an AMD EPYC (Zen 3, 2.45 GHz) with nothing else running.")
+    say("## Stage by stage", "Each stage alone through the plugin interface, one core, 204 x 204 pixels unless "
+        "its name says otherwise: processor time. The budgets are those of an AMD EPYC (Zen 3, 2.45 GHz) with nothing "
+        "else running.")
     every = {}
     for program in ("filters", "companions", "correction", "denoisers", "readers", "simulation"):
         every |= measure(f"{program}_benchmark", repetitions, 0.05)
@@ -246,9 +255,12 @@ def stages(repetitions):
         if wanted:
             require(f"`{ours}`, times faster than `{peer}`", f"{ratio:.1f}", wanted, ratio >= wanted)
     table(("benchmark", "peer", "times faster", "required"), rows)
-    table(("benchmark", "median", "budget"), [
-        (f"`{name}`", f"{row['cpu']:.3g} ms", f"{BUDGETS_MS[name]:.3g} ms" + (", exceeded" if row["cpu"] > BUDGETS_MS[name] else "")
-         if name in BUDGETS_MS else "") for name, row in sorted(every.items())])
+    rows = []
+    for name, row in sorted(every.items()):
+        budget = BUDGETS_MS.get(name)
+        exceeded = ", exceeded" if budget and row["cpu"] > budget else ""
+        rows.append((f"`{name}`", f"{row['cpu']:.3g} ms", f"{budget:.3g} ms{exceeded}" if budget else ""))
+    table(("benchmark", "median", "budget"), rows)
 
 
 def version(*packages):
@@ -260,7 +272,8 @@ def version(*packages):
 def machine(loads, arguments, start):
     cpu = next(line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name"))
     memory = next(int(line.split()[1]) for line in open("/proc/meminfo") if line.startswith("MemTotal"))
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, stdout=subprocess.PIPE, text=True).stdout
+    commit = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=ROOT, stdout=subprocess.PIPE,
+                            text=True).stdout
     compiler = subprocess.run(["c++", "--version"], stdout=subprocess.PIPE, text=True).stdout.splitlines()[0]
     table(("", ""), [
         ("command", f"`./bootstrap bench{arguments}`"), ("date", f"{start:%Y-%m-%d %H:%M} UTC"),
@@ -277,7 +290,8 @@ def main():
     parser.add_argument("--repetitions", type=int, default=9, help="of each benchmark; default: 9")
     options = parser.parse_args()
     BENCH.mkdir(exist_ok=True)
-    tofgraph, loads, start = ROOT / "build/bin/tofgraph", [os.getloadavg()[0]], datetime.datetime.now(datetime.timezone.utc)
+    tofgraph, loads = ROOT / "build/bin/tofgraph", [os.getloadavg()[0]]
+    start = datetime.datetime.now(datetime.timezone.utc)
     with tempfile.TemporaryDirectory(dir="/dev/shm") as name:
         chain(options.repetitions)
         nodes(options.repetitions)
