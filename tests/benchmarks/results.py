@@ -135,8 +135,9 @@ def chain(repetitions):
     bars = [(f'"{side}, {threads} thread{"s" * (threads > 1)}"', 1e3 / m[name.format(threads)]["real"])
             for side, name in (("tofgraph", "graph/threads:{}/queue:4"), ("by hand", "hand/newton/threads:{}"))
             for threads in (1, 2)]
-    plot("chain.svg", "Whole chain, frames per second", "set style fill solid 0.7\nset boxwidth 0.6\nset xtics nomirror\n"
-         "set yrange [0:*]\nset ylabel 'frames/s'\nunset key", "plot $d using 0:2:xtic(1) with boxes lc rgb '#2a6f97', "
+    plot("chain.svg", "Whole chain, frames per second", "set style fill solid 0.7\nset boxwidth 0.6\n"
+         "set xtics nomirror\nset yrange [0:*]\nset ylabel 'frames/s'\nunset key", "plot $d using 0:2:xtic(1) with boxes "
+         "lc rgb '#2a6f97', "
          "$d using 0:2:(sprintf('%.0f', $2)) with labels offset 0,0.7", {"d": bars})
 
 
