@@ -45,11 +45,44 @@ def surface(values, left, top, title, unit, logarithmic):
             parts.append(f'<polygon points="{points}" fill="{colour((mean - low) / (high - low))}" stroke="#555" '
                          'stroke-width="0.4"/>')
     numbers = [10 ** v if logarithmic else v for v in (low, high)]
-    parts.append(label(left + 60, top + 232, f"{distances[0]} to {distances[-1]} mm"))
-    parts.append(label(left + 222, top + 215, f"{times[0]:g} to {times[-1]:g} ms"))
+    parts += ticks_of(left, top, distances, times, numbers, logarithmic)
     parts.append(label(left + 20, top + 30, f"{numbers[0]:.0f} to {numbers[1]:.0f} {unit}" +
                        (", logarithmic" if logarithmic else ""), ' fill="#777"'))
     return "\n".join(parts)
+
+
+def ticks_of(left, top, distances, times, numbers, logarithmic):
+    """Axes of a surface: distances in front, times on the right, values on the left; each with ticks."""
+    line = lambda x, y, u, v: (f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{u:.1f}" y2="{v:.1f}" stroke="#777"/>')
+    parts = [line(left + 60, top + 210, left + 210, top + 210), line(left + 210, top + 210, left + 300, top + 130),
+             line(left + 60, top + 100, left + 60, top + 210)]
+    grey, right = ' fill="#777" text-anchor="middle"', ' fill="#777" text-anchor="end"'
+    for i, distance in enumerate(distances):
+        x = left + 60 + 150 * i / (len(distances) - 1)
+        long = distance % 2000 == 1000
+        parts.append(line(x, top + 210, x, top + (216 if long else 213)))
+        if long:
+            parts.append(label(x, top + 228, f"{distance // 1000}", grey))
+    parts.append(label(left + 135, top + 243, "distance, m", grey))
+    for j, time in enumerate(times):
+        x, y = left + 210 + 90 * j / (len(times) - 1), top + 210 - 80 * j / (len(times) - 1)
+        long = time in (0.5, 2, 7, 16, 50)
+        parts.append(line(x, y, x + (6 if long else 3), y))
+        if long:
+            parts.append(label(x + 8, y + 4, f"{time:g}", ' fill="#777"'))
+    parts.append(label(left + 268, top + 205, "time, ms", ' fill="#777"'))
+    low, high = numbers
+    if logarithmic:
+        values = [10 ** k for k in range(-3, 8) if low <= 10 ** k <= high]
+        share = lambda v: math.log(v / low) / math.log(high / low)
+    else:
+        step = next(s for k in range(-2, 5) for s in (10 ** k, 2 * 10 ** k, 5 * 10 ** k) if (high - low) / s <= 5)
+        values = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        share = lambda v: (v - low) / (high - low)
+    for v in values:
+        y = top + 210 - 110 * share(v)
+        parts += [line(left + 56, y, left + 60, y), label(left + 53, y + 4, f"{v:g}", right)]
+    return parts
 
 
 def surfaces(found):
@@ -64,14 +97,14 @@ def surfaces(found):
     return HEAD.format(w=680, h=500, body="\n".join(parts))
 
 
-def maps(found, names, optima):
+def maps(found, names, optima, full):
     """Figures 6.9 to 6.11: RMSE over distance and time, one panel a target.
 
     @param optima for each target {distance in mm: time in ms}, framed
+    @param full for each target {distance in mm: time in ms} from where on a tap is full: grey
     """
     parts = []
-    every = [v for v in found["rmse"] if v > 0]
-    low, high = math.log(min(every)), math.log(60)
+    low, high = math.log(min(v for v in found["rmse"] if v > 0)), math.log(60)
     for target, name in enumerate(names):
         values = grid(found, "rmse", target)
         distances, times = (sorted({key[i] for key in values}) for i in (0, 1))
@@ -81,8 +114,9 @@ def maps(found, names, optima):
         for (distance, time), rmse in sorted(values.items()):
             x, y = left + width * times.index(time), top + height * distances.index(distance)
             best = time == optima[target][distance]
+            filled = "#999999" if time > full[target][distance] else colour((math.log(rmse) - low) / (high - low))
             parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" '
-                         f'fill="{colour((math.log(rmse) - low) / (high - low))}"' +
+                         f'fill="{filled}"' +
                          (' stroke="black"/>' if best else "/>"))
         for i, distance in enumerate(distances):
             parts.append(label(left - 5, top + height * (i + 0.5) + 4, f"{distance / 1000:g}",
@@ -92,5 +126,5 @@ def maps(found, names, optima):
                                ' text-anchor="middle" fill="#777"'))
     parts.append(label(56, 482, "RMSE over distance (m, downwards) and integration time (ms): blue "
                        f"{math.exp(low):.1f} mm, red 60 mm or more, logarithmic"))
-    parts.append(label(56, 498, "framed: the optimum of each distance, among times at which no tap is full"))
+    parts.append(label(56, 498, "grey: a tap would be full; framed: the optimum of each distance, among the other times"))
     return HEAD.format(w=850, h=510, body="\n".join(parts))

@@ -173,6 +173,7 @@ def chapter_6(runs):
     printed = published("campaigns/thesis_offset_tables.csv")
     matrix = runs.statistics("pipelines/chapter6/out/offset_matrix.csv")
     values |= {"twin_" + name: of(node) for name, node in matrix.items()}
+    values["ideal_modelled"] = of(runs.statistics("pipelines/chapter6/out/modelled.csv")["modelled"])
     values["restored"] = str(sum(1 for p in printed if p["restored"]))
     apart = [abs(float(p["measured_mean_mm"]) + float(p["offset_mean_mm"]) - float(p["offset_corrected_mean_mm"]))
              for p in printed]
@@ -236,10 +237,17 @@ def integration_times(runs):
     head = ["mm", "target", "printed: ms / RMSE, mm", "from the published boards", "simulated"]
     within = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin)
     white = sum(abs(math.log(twin[k][0] / real[k][0])) < math.log(2) + 1e-9 for k in twin if k[0] == "0")
-    summary = text.TIMES.format(rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
+    boards = runs.calibration("out/times_boards.yaml")
+    keys = zip(boards["target"], boards["distance"], boards["integration_time"])
+    every = {(LEVELS[int(t)], round(d), time): rmse for (t, d, time), rmse in zip(keys, boards["rmse"])}
+    flat = sorted(every[*k, real[k][0]] / twin[k][1] for k in twin if k[0] in LEVELS[3:])
+    summary = text.TIMES.format(flat=f"{flat[len(flat) // 2]:.2f}", rows=len(rows), same=same, near=near, within=within, all=len(twin), white=white, worst=f"{max(deviations, key=abs):+.2f}",
                                 typical=f"{sorted(map(abs, deviations))[len(rows) // 2]:.2f}")
     framed = [{d: time for (name, d), (time, _) in twin.items() if name == level} for level in LEVELS]
-    return summary + "\n" + table(head, rows), drawing(real, twin), framed
+    found = runs.calibration("out/simulated_times.yaml")
+    places = list(zip(found["target"], found["distance"], found["saturates"]))
+    full = [{round(d): time for t, d, time in places if int(t) == target} for target in range(len(LEVELS))]
+    return summary + "\n" + table(head, rows), drawing(real, twin), framed, full
 
 
 def drawing(real, twin):
@@ -297,10 +305,10 @@ def wrapped(page):
 
 def make(runs):
     first, third, (fifth, values) = chapter_1(runs), chapter_3(runs), chapter_5(runs)
-    sixth, (times, picture, framed), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
+    sixth, (times, picture, framed, full), seventh = chapter_6(runs), integration_times(runs), chapter_7(runs)
     drawn = {"reference_integration_times": picture,
              "reference_centre_pixels": figures.surfaces(runs.calibration("out/centre.yaml")),
-             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES, framed)}
+             "reference_rmse": figures.maps(runs.calibration("out/times_boards.yaml"), NAMES, framed, full)}
     page = text.PAGE.format(first=first, third=third, fifth=fifth, sixth=sixth, times=times, seventh=seventh,
                             commands=commands(), **values)
     return {ROOT / "docs/reference_results.md": wrapped(page)} | {ROOT / f"docs/{k}.svg": v for k, v in drawn.items()}

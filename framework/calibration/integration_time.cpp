@@ -80,7 +80,7 @@ void write_values(const Campaign& campaign, const IntegrationTimes& times, io::C
   std::vector<std::string> labels;
   for (const std::string& label : campaign.boards.targets) labels.push_back(config::yaml_word(label));
   writer.setting("targets", fmt::format("[{}]", fmt::join(labels, ", ")));
-  io::Calibrated target, distance, time, rmse, shortest, longest;
+  io::Calibrated target, distance, time, rmse, shortest, longest, saturates;
   for (const Place& place : times.places) {
     if (place.best == nullptr) continue;
     target.value.push_back(static_cast<double>(place.target));
@@ -90,6 +90,7 @@ void write_values(const Campaign& campaign, const IntegrationTimes& times, io::C
     rmse.sd.push_back(place.best->rmse / std::sqrt(2 * std::max(place.best->pixels - 1, 1.0)));
     shortest.value.push_back(place.shortest);
     longest.value.push_back(place.longest);
+    saturates.value.push_back(place.saturates);
   }
   writer.column("target", target, "", 1);
   writer.column("distance", distance, "mm", 1e-3);
@@ -97,6 +98,7 @@ void write_values(const Campaign& campaign, const IntegrationTimes& times, io::C
   writer.column("rmse", rmse, "mm", 1e-3);
   writer.column("shortest", shortest, "ms", 1e-3);
   writer.column("longest", longest, "ms", 1e-3);
+  if (known(saturates)) writer.column("saturates", saturates, "ms", 1e-3);
   if (!times.single.places.empty()) {
     writer.number("recommended", times.single.time, unknown, "ms", 1e-3);
     writer.number("recommended_error", times.single.worst, unknown, "mm", 1e-3);

@@ -24,6 +24,9 @@ struct Place {
   double signal = unknown;  ///< s, from where on one frame is as accurate as wanted, by the profile's noise
 };
 
+/// True where a board can be used. Data that do not show saturation are limited by the profile's full well.
+bool usable(const Board& board, const Place& place);
+
 /// Integration time recommended for many places.
 struct Suggestion {
   double time = unknown;   ///< s

@@ -16,12 +16,6 @@ namespace {
 
 double time_of(const Board* board) { return board->condition.integration_time; }
 
-/// Returns whether a board can be used. Data that do not show saturation are limited by the profile's full well.
-bool usable(const Board& board, const Place& place) {
-  const bool full = !board.shows_saturation && time_of(&board) > place.saturates;
-  return board.saturated <= usable_saturation && !full && std::isfinite(board.rmse);
-}
-
 void choose_best(Place& place) {
   for (const Board* board : place.times) {
     if (usable(*board, place) && (place.best == nullptr || board->rmse < place.best->rmse)) place.best = board;
@@ -159,6 +153,11 @@ void hold_out_distances(IntegrationTimes& result) {
 }
 
 }  // namespace
+
+bool usable(const Board& board, const Place& place) {
+  const bool full = !board.shows_saturation && time_of(&board) > place.saturates;
+  return board.saturated <= usable_saturation && !full && std::isfinite(board.rmse);
+}
 
 double error_of(const Board& board) {
   if (!std::isfinite(board.noise) || board.frames < 2) return board.rmse;

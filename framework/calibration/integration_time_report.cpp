@@ -64,7 +64,8 @@ std::vector<std::string> maps(const Boards& boards, const IntegrationTimes& time
                         .columns = all_times.size(),
                         .values = std::vector<double>(distances.size() * all_times.size(), unknown),
                         .x_label = "integration time, ms",
-                        .signed_values = false};
+                        .signed_values = false,
+                        .logarithmic = true};
     for (const double t : all_times) map.x_names.push_back(fmt::format("{:.3g}", t * 1e3));
     for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
     for (const Place& place : times.places) {
@@ -72,8 +73,7 @@ std::vector<std::string> maps(const Boards& boards, const IntegrationTimes& time
       const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(place.distance)));
       for (const Board* b : place.times) {
         const auto column = std::distance(all_times.begin(), all_times.find(b->condition.integration_time));
-        if (b->saturated <= usable_saturation)
-          map.values[row * map.columns + static_cast<std::size_t>(column)] = b->rmse * 1e3;
+        if (usable(*b, place)) map.values[row * map.columns + static_cast<std::size_t>(column)] = b->rmse * 1e3;
       }
     }
     result.push_back(report::heat_map(map, 380, 300));
@@ -117,7 +117,10 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   page.figures(std::vector<std::string>{best_times(boards, times), smallest_errors(boards, times)},
                "The time with the least RMSE among those with at most 1 % of the pixels saturated.");
   if (times.compares)
-    page.figures(maps(boards, times), "Grey: not measured, too little light, or saturated.");
+    page.figures(
+        maps(boards, times),
+        "Colours by the logarithm. Grey: not measured, too little light, or saturated: a tap was full, or by the "
+        "profile's full well would be where the captures do not show it (phases, distances).");
   else
     page.paragraph(
         "Each target and distance has one integration time here, as in a table of published optima: it stands as the "

@@ -36,7 +36,9 @@ struct Series {
 
   double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
   double span() const { return time(points.size() - 1) - time(0); }  ///< s
-  Moments window_moments() const;                                    ///< over time, of the reported window: table 3.1
+  /// Mean and standard deviation over the time (table 3.1), of the reported window: integrals by the trapezoidal rule,
+  /// so that points that are dense at the start count for no more time than they cover.
+  Moments window_moments() const;
 };
 /// Errors of a series whose offset is corrected by that of the points about one time.
 /// @param corrected_at s; beyond the series: its nearest end

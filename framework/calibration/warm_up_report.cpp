@@ -88,7 +88,7 @@ class WarmUpReport {
     std::vector<std::string> plots;
     std::vector<Row> rows;
     for (const Series& s : data_.series) {
-      report::Curve rmse{.name = "RMSE"}, bias{.name = "bias"}, noise{.name = "noise"};
+      report::Curve rmse{.name = "RMSE"}, bias{.name = "|bias|"}, noise{.name = "noise"};
       for (std::size_t k = 0; k < s.points.size(); ++k) {
         for (auto [curve, value] :
              {std::pair{&rmse, s.errors[k].rmse}, {&bias, std::abs(s.errors[k].bias)}, {&noise, s.errors[k].noise}}) {
@@ -152,8 +152,8 @@ class WarmUpReport {
     page_.paragraph(
         "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term where the data demand it. "
         "Uncertainties are standard deviations; they allow for errors that hang together from one point to the next. "
-        "Mean and standard deviation are over the whole recording, of the reported window, as in table 3.1 of the "
-        "reference.");
+        "Mean and standard deviation are over the time of the whole recording, of the reported window, as in table 3.1 "
+        "of the reference: each point counts for the time that it stands for, also where the points are dense.");
   }
 
   void held_out() {

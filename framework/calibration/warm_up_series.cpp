@@ -101,9 +101,23 @@ void check_times(const Series& series, const Request& request) {
 }  // namespace
 
 Moments Series::window_moments() const {
-  std::vector<double> known;
-  std::ranges::copy_if(window_means, std::back_inserter(known), [](double m) { return std::isfinite(m); });
-  return moments_of(known);
+  std::vector<std::size_t> known;
+  for (std::size_t i = 0; i < window_means.size(); ++i) {
+    if (std::isfinite(window_means[i])) known.push_back(i);
+  }
+  if (known.size() < 2) return moments_of(known.empty() ? std::vector<double>() : std::vector{window_means[known[0]]});
+  std::vector<double> weights;  // s, by the trapezoidal rule: half way to both neighbours
+  for (std::size_t k = 0; k < known.size(); ++k)
+    weights.push_back((time(known[std::min(k + 1, known.size() - 1)]) - time(known[k == 0 ? 0 : k - 1])) / 2);
+  const double total = time(known.back()) - time(known.front());
+  if (!(total > 0)) weights.assign(known.size(), 1);
+  const double sum = total > 0 ? total : static_cast<double>(known.size());
+  Moments m{0, 0};
+  for (std::size_t k = 0; k < known.size(); ++k) m.mean += weights[k] / sum * window_means[known[k]];
+  for (std::size_t k = 0; k < known.size(); ++k)
+    m.sd += weights[k] / sum * (window_means[known[k]] - m.mean) * (window_means[known[k]] - m.mean);
+  m.sd = std::sqrt(m.sd);
+  return m;
 }
 
 void set_frame_errors(double corrected_at, Series& series) {

@@ -134,11 +134,12 @@ json profile(const std::filesystem::path& file) {
 void print_profile(const json& camera) {
   fmt::print("camera {}: {}\n\n", text_of(camera, "name"), text_of(camera, "file"));
   for (const json& value : camera["values"])
-    fmt::print("  {:24} {:9} {}\n", text_of(value, "key"),
+    fmt::print("  {:24} {:9} {}{}\n", text_of(value, "key"),
                value["measured"].get<bool>()  ? "measured"
                : value["assumed"].get<bool>() ? "assumed"
                                               : "nominal",
-               text_of(value, "value"));
+               text_of(value, "value"),
+               text_of(value, "key") == "principal_point" ? " px, the first pixel's centre is 0" : "");
   const json& range = camera["unambiguous_range_m"];
   fmt::print("\na frame: {}{}\n", text_of(camera, "exposures"),
              range.is_null() ? "; the unambiguous range is unknown"

@@ -59,7 +59,7 @@ std::string filled(const fs::path& file, const std::vector<std::pair<std::string
   std::ifstream in(file);
   if (!in)
     throw std::runtime_error(
-        fmt::format("the template {} is not there: is the package libtofgraph-dev installed?", file.string()));
+        fmt::format("the template {} is not there: the installation of tofgraph is incomplete", file.string()));
   std::string text;
   for (std::string line; std::getline(in, line);) {
     if (line.find("SPDX-") == std::string::npos) text += line + '\n';

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/run.hpp"
 #include "cli/command_line.hpp"
+#include "cli/untrusted.hpp"
 #include "cli/view.hpp"
 #include "cli/watch.hpp"
 #include "cli/written_files.hpp"
@@ -97,6 +98,13 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
   return result.dropped != 0 && !loss_allowed ? failed : done;
 }
 
+/// Folder of the pipeline's file; of a pipeline in one line the working folder.
+std::filesystem::path folder_of(const RunArguments& arguments) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(arguments.pipeline, error)) return std::filesystem::current_path();
+  return std::filesystem::absolute(arguments.pipeline).parent_path();
+}
+
 }  // namespace
 
 int run_once(const config::Value& document, const RunArguments& arguments, const Common& common) {
@@ -107,17 +115,28 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }
+  const UntrustedLimits limits;
+  if (arguments.untrusted) refuse_outputs_outside(*graph, folder_of(arguments));
   const WrittenFiles files(*graph);
   graph::RunOptions options;
-  if (arguments.frames != 0) options.frames = arguments.frames;
+  if (arguments.frames != 0 || arguments.untrusted)
+    options.frames = arguments.frames != 0 ? arguments.frames : limits.frames;
   options.threads = arguments.threads;
   graph::Runner runner(*graph, options);
   handle_signals();
   graph::RunResult result;
   {
     const Watch watch(runner, common.quiet);
+    std::optional<TimeLimit> time;
+    if (arguments.untrusted) time.emplace(runner, limits.time);
     result = runner.run();
+    if (time && time->reached() && result.error.empty())
+      result.error = fmt::format("stopped after {}, the limit of --untrusted; the frames up to here are complete",
+                                 config::format_quantity(static_cast<double>(limits.time.count()), "s"));
   }
+  if (arguments.untrusted && arguments.frames == 0 && result.frames == limits.frames)
+    result.warnings.push_back(
+        fmt::format("stopped after {} frames, the limit of --untrusted; --frames N sets another", limits.frames));
   return write_statistics(arguments, *graph, result, report(*graph, result, files, common));
 }
 
@@ -141,6 +160,9 @@ void add_run(CLI::App& app, Common& common) {
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--safe", arguments->safe, "Run without plugins that did not come with the program");
+  command->add_flag("--untrusted", arguments->untrusted,
+                    "For a pipeline of somebody else: outputs in its own folder only, no other plugins, devices or "
+                    "ports, at most 4 GB of memory, 10000 frames (--frames) and 10 minutes");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->add_flag("--view", arguments->view,
                     "Show every node in the web browser, at http://localhost:8765; other settings: --set "
@@ -158,11 +180,17 @@ void add_run(CLI::App& app, Common& common) {
       if (arguments->safe) graph::use_built_in_plugins_only();
       if (arguments->view && !arguments->campaign.empty())
         throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
+      if (arguments->untrusted && !arguments->campaign.empty())
+        throw config::ConfigurationError("--untrusted: error: is for one run, not for a campaign");
       if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
       if (!arguments->out.empty())
         throw config::ConfigurationError(
             "--out: error: is for --campaign: write the path at the sinks of the pipeline");
       config::Value document = arguments->document();
+      if (arguments->untrusted) {
+        refuse_devices(document);
+        restrict_process({});
+      }
       if (arguments->view) document = with_view(std::move(document), {}, common);
       return run_once(document, *arguments, common);
     };

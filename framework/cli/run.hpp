@@ -16,8 +16,9 @@ struct RunArguments : PipelineArguments {
   std::string stats;
   std::string campaign, out;  ///< a campaign file and the folder of its results; empty: one run
   bool force = false, validate = false;
-  bool safe = false;  ///< without plugins of others
-  bool view = false;  ///< with a live view of every node
+  bool safe = false;       ///< without plugins of others
+  bool view = false;       ///< with a live view of every node
+  bool untrusted = false;  ///< within the limits for pipelines of others
 };
 
 /// Runs a pipeline once, with everything that `tofgraph run` says and writes.

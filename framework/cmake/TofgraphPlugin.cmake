@@ -60,7 +60,9 @@ function(tofgraph_add_plugin name file)
   set_target_properties(${target} PROPERTIES PREFIX "" CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden
                                              C_VISIBILITY_PRESET hidden INSTALL_RPATH "$ORIGIN/../.."
                                              INSTALL_RPATH_USE_LINK_PATH ON)
-  target_link_options(${target} PRIVATE -Wl,--no-undefined)
+  if(NOT TOFGRAPH_FUZZ)  # clang's sanitizers are defined by the program, which no library knows
+    target_link_options(${target} PRIVATE -Wl,--no-undefined)
+  endif()
   if(TOFGRAPH_PLUGIN_DESTINATION)
     install(TARGETS ${target} DESTINATION ${TOFGRAPH_PLUGIN_DESTINATION})
   endif()

@@ -30,6 +30,10 @@ std::filesystem::path library_folder() {
 }
 
 std::filesystem::path plugin_folder() { return library_folder() / "plugins"; }
+std::filesystem::path local_plugin_folder() {
+  const auto folder = plugin_folder().lexically_relative("/usr");
+  return prefix() == "/usr" ? "/usr/local" / folder : std::filesystem::path{};
+}
 std::filesystem::path built_in_plugins() { return library_folder() / "built_in_plugins.txt"; }
 std::filesystem::path command_folder() { return library_folder() / "commands"; }
 std::filesystem::path scanner() { return library_folder() / "tofgraph-scan"; }

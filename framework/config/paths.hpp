@@ -11,7 +11,9 @@ namespace tofgraph::config {
 
 /// That of the program's own modules.
 std::filesystem::path library_folder();
-std::filesystem::path plugin_folder();     ///< lib/tofgraph/plugins
+std::filesystem::path plugin_folder();  ///< lib/tofgraph/plugins
+/// The folder below /usr/local where CMake installs plugins by default, for a program below /usr; else empty.
+std::filesystem::path local_plugin_folder();
 std::filesystem::path built_in_plugins();  ///< a list of the plugins that come with the program, a file name a line
 std::filesystem::path command_folder();    ///< lib/tofgraph/commands: those that need more than the command line has
 std::filesystem::path scanner();           ///< the program that reads descriptors in a process of its own

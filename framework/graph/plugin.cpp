@@ -207,6 +207,9 @@ std::vector<std::filesystem::path> plugin_path(const std::vector<std::filesystem
       problem(fmt::format("TOFGRAPH_PLUGIN_PATH: {} {}", folder.string(), why));
     path.push_back(std::filesystem::absolute(folder));
   }
+  std::error_code error;
+  if (const auto local = config::local_plugin_folder(); std::filesystem::is_directory(local, error))
+    path.push_back(local);
   path.push_back(config::plugin_folder());
   return path;
 }

@@ -3,6 +3,7 @@
 #include "python/arrays.hpp"
 
 #include "graph/instance.hpp"
+#include "python/run_lock.hpp"
 
 #include <tofgraph/channels.hpp>
 
@@ -42,7 +43,7 @@ const tofgraph_frame::Channel& find(const auto& channels, const std::string& nam
 /// The memory of an array that a channel shares, given back under the interpreter's lock.
 void release_array(void* owner) {
   if (Py_IsInitialized() == 0) return;  // the interpreter is gone, and the array with it
-  const py::gil_scoped_acquire lock;
+  const RunLock lock;
   Py_DECREF(static_cast<PyObject*>(owner));
 }
 

@@ -5,6 +5,7 @@
 #include "config/json_text.hpp"
 #include "graph/runner.hpp"
 #include "python/arrays.hpp"
+#include "python/run_lock.hpp"
 #include "python/stage.hpp"
 
 #include <pybind11/functional.h>
@@ -44,7 +45,7 @@ std::unique_ptr<graph::Graph> build(const Description& description, std::vector<
   if (description.message) {
     options.message = [tell = description.message](const std::string& node, const std::string& text, bool warning) {
       if (Py_IsInitialized() == 0) return;
-      const py::gil_scoped_acquire lock;
+      const RunLock lock;
       try {
         tell(node, text, warning);
       } catch (py::error_already_set& error) {
@@ -107,11 +108,40 @@ class Run {
     });
   }
   ~Run() { close(); }
+
+  /// Destroys a run; within a call that a run made, on a thread of its own.
+  static void discard(Run* run) {
+    if (!RunLock::held()) {
+      delete run;
+      return;
+    }
+    run->close();
+    discarding().emplace_back([run] {
+      const py::gil_scoped_acquire lock;
+      delete run;
+    });
+  }
+  /// Waits for runs that are still being destroyed: before the interpreter ends.
+  static void finish_discarding() {
+    std::vector<std::thread> threads = std::exchange(discarding(), {});
+    const py::gil_scoped_release unlocked;
+    for (std::thread& thread : threads) thread.join();
+  }
+  /// Waits, before the interpreter ends, until no thread is within a call: it would never get the interpreter's lock
+  /// back.
+  static void leave_all() {
+    finish_discarding();
+    for (int i = 0; i < 2000 && Inside::count > 0; ++i) {
+      const py::gil_scoped_release unlocked;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
 
   /// The next frame, or null at the end. @throws RunError
   std::shared_ptr<HeldFrame> next() {
+    const Inside inside;
     std::shared_ptr<HeldFrame> frame;
     wait([&] { return !queue_.empty() || over_; });
     {
@@ -128,12 +158,14 @@ class Run {
 
   /// Waits for the end. @throws std::runtime_error
   void finish() {
+    const Inside inside;
     wait([&] { return over_; });
     end();
   }
 
-  /// Ends the run in order; frames that wait are dropped.
+  /// Ends the run in order; frames that wait are dropped. Does not wait for the end within a call that a run made.
   void close() {
+    const Inside inside;
     const py::gil_scoped_release unlocked;
     std::deque<std::shared_ptr<HeldFrame>> dropped;  // destroyed without the mutex: arrays wait for the interpreter
     {
@@ -141,11 +173,15 @@ class Run {
       closing_ = true;
       dropped.swap(queue_);
       changed_.notify_all();
+      if (runner_) runner_->stop();
     }
-    if (runner_) runner_->stop();
-    if (thread_.joinable()) thread_.join();
-    runner_.reset();
-    graph_.reset();
+    if (RunLock::held()) return;  // this run may be the caller: discard() waits elsewhere
+    join();
+    std::unique_ptr<graph::Graph> graph;
+    std::unique_ptr<graph::Runner> runner;
+    const std::scoped_lock lock(mutex_);
+    graph.swap(graph_);
+    runner.swap(runner_);
   }
 
   py::dict result() const {
@@ -161,6 +197,21 @@ class Run {
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
+  /// A call that waits without the interpreter's lock, which guards the count.
+  struct Inside {
+    Inside() { ++count; }
+    ~Inside() { --count; }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+    inline static int count = 0;
+  };
+
+  /// Threads that destroy runs; the interpreter's lock guards the list.
+  static std::vector<std::thread>& discarding() {
+    static std::vector<std::thread> threads;
+    return threads;
+  }
+
   void receive(tofgraph_frame& frame) {
     auto held = std::make_shared<HeldFrame>(frame);
     std::unique_lock lock(mutex_);
@@ -186,10 +237,16 @@ class Run {
     }
   }
 
+  /// Waits for the run's thread. Several threads may: of Python, and the one that ends the interpreter.
+  void join() {
+    const std::scoped_lock lock(join_mutex_);
+    if (thread_.joinable()) thread_.join();
+  }
+
   void end() {
     {
       const py::gil_scoped_release unlocked;
-      if (thread_.joinable()) thread_.join();
+      join();
     }
     if (!result_.error.empty()) throw std::runtime_error(std::exchange(result_.error, {}));
   }
@@ -200,6 +257,7 @@ class Run {
   std::unique_ptr<graph::Runner> runner_;
   std::thread thread_;
   mutable std::mutex mutex_;
+  std::mutex join_mutex_;
   std::condition_variable changed_;
   std::deque<std::shared_ptr<HeldFrame>> queue_;
   graph::RunResult result_;
@@ -285,8 +343,13 @@ PYBIND11_MODULE(_core, module) {
     static_cast<void>(build(description, warnings));
     return warnings;
   });
-  py::class_<Run>(module, "Run")
-      .def(py::init<const Description&, const std::string&, bool, std::uint64_t, unsigned, std::size_t>(),
+  py::class_<Run, std::shared_ptr<Run>>(module, "Run")
+      .def(py::init([](const Description& description, const std::string& node, bool keep_frames, std::uint64_t frames,
+                       unsigned threads, std::size_t capacity) {
+             if (!RunLock::held()) Run::finish_discarding();
+             return std::shared_ptr<Run>(new Run(description, node, keep_frames, frames, threads, capacity),
+                                         &Run::discard);
+           }),
            py::arg("description"), py::arg("node"), py::arg("keep_frames"), py::arg("frames"), py::arg("threads"),
            py::arg("capacity"))
       .def("next", &Run::next)
@@ -294,6 +357,7 @@ PYBIND11_MODULE(_core, module) {
       .def("close", &Run::close)
       .def("result", &Run::result)
       .def_property_readonly("warnings", &Run::warnings);
+  module.def("leave_all", &Run::leave_all);
   module.def("describe", &describe, py::arg("name"), py::arg("plugin_folders"),
              py::call_guard<py::gil_scoped_release>());
   module.def("stages", &stages, py::arg("plugin_folders"), py::call_guard<py::gil_scoped_release>());

@@ -4,6 +4,7 @@
 
 #include "graph/instance.hpp"
 #include "python/arrays.hpp"
+#include "python/run_lock.hpp"
 
 #include <tofgraph/array.hpp>
 #include <tofgraph/channels.hpp>
@@ -49,7 +50,7 @@ std::string described(const py::error_already_set& error) {
 
 /// Runs a call under the interpreter's lock; what it throws becomes the call's failure.
 template <class Call> int guarded(const tofgraph_host* host, void* context, Call&& call) {
-  const py::gil_scoped_acquire lock;
+  const RunLock lock;
   try {
     return call();
   } catch (py::error_already_set& error) {
@@ -216,7 +217,7 @@ int finish(void* self) {
 
 void destroy(void* self) {
   if (Py_IsInitialized() == 0) return;  // the interpreter is gone, and the object with it
-  const py::gil_scoped_acquire lock;
+  const RunLock lock;
   delete static_cast<Working*>(self);
 }
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace tofgraph::report {
@@ -117,6 +118,8 @@ std::string heat_map(const HeatMap& map, int width, int height) {
   script += map.signed_values ? fmt::format("set cbrange [{}:{}]\n", number(-limit), number(limit)) : std::string();
   if (!map.signed_values && std::ranges::none_of(map.values, [](double v) { return std::isfinite(v); }))
     script += "set cbrange [0:1]\n";
+  if (map.logarithmic && std::ranges::any_of(map.values, [](double v) { return v > 0; }))
+    script += "set logscale cb\nset cbtics add autofreq\n";
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\nset tics out nomirror scale 0.5\n",
                         static_cast<double>(map.columns) - 0.5, static_cast<double>(map.rows) - 0.5);
   script += map.x_names.empty() && map.x_label.empty() ? "unset xtics\n" : names("x", map.x_names, false);
@@ -143,6 +146,19 @@ bool can_be_drawn(const Curve& curve, bool logarithmic_x) {
   return false;
 }
 
+/// True where the axis begins at 0: no x is negative, and the least is near 0 on the scale of the largest.
+bool begins_at_zero(const Curves& plot) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const Curve& curve : plot.curves) {
+    for (const double x : curve.x) {
+      if (!std::isfinite(x)) continue;
+      least = std::min(least, x);
+      most = std::max(most, x);
+    }
+  }
+  return !plot.logarithmic_x && least >= 0 && least < most / 10;
+}
+
 /// gnuplot refuses a plot without a single point.
 constexpr const char* no_data =
     "set xrange [0:1]\nset yrange [0:1]\nunset xtics\nunset ytics\nset label 'no data' at graph 0.5,0.5 center\n"
@@ -157,6 +173,7 @@ std::string curves(const Curves& plot, int width, int height) {
   const auto drawn = [&plot](const Curve& curve) { return can_be_drawn(curve, plot.logarithmic_x); };
   if (std::ranges::none_of(plot.curves, drawn)) return gnuplot_svg(script + no_data, width, height);
   if (plot.logarithmic_x) script += "set logscale x\n";
+  if (begins_at_zero(plot)) script += "set xrange [0:*]\n";
   const auto flat = [](const Curve& c) { return std::ranges::all_of(c.y, [](double y) { return y == 0; }); };
   if (std::ranges::all_of(plot.curves, flat)) script += "set yrange [-1:1]\n";
   std::string commands;

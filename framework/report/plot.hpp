@@ -36,6 +36,7 @@ struct HeatMap {
   bool signed_values = true;                  ///< blue - white - red around 0; otherwise a rising scale
   std::optional<double> limit;                ///< the scale's end; default: 98 % of the values are within
   bool write_values = false;                  ///< the number in each field
+  bool logarithmic = false;  ///< of a rising scale: colours by the logarithm; what is not positive is grey
 };
 std::string heat_map(const HeatMap& map, int width = 330, int height = 270);
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Mean, standard deviation and rms of a length over a region, for each frame and over all of them.
+// Mean, standard deviation and rms of an image over a region, for each frame and over all of them.
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -21,14 +21,21 @@ namespace tofgraph {
 /// rms is against `value` or `reference` where that is given (pixels without a reference do not count), else against
 /// the plane that fits the points of each frame best, by their distances to it; for that the camera's rays are needed,
 /// for `depth` its focal length in metres too, and a raw `distance` is not a point: without, there is no rms. Over all
-/// frames, rms and sd are pooled over all pixels.
+/// frames, rms and sd are pooled over all pixels. Of what is no length, every finite value counts, in the channel's
+/// unit.
 struct Statistics final : Sink {
-  In<float> image{this, "depth|range|distance", {.name = "image", .text = "the lengths"}};
-  Param<Choice> channel{this, "channel", {.choices = "depth range distance", .text = "default: the first that exists"}};
+  In<void> every{this, "*", {.text = "has the image"}};
+  Param<std::string> channel{
+      this,
+      "channel",
+      {.text = "any image of float32, e.g. amplitude; default: the first of depth, range, distance that exists"}};
   Param<std::vector<double>> columns{
       this, "columns", {.min = 0, .text = "first and last, e.g. [90, 113]; default: all"}};
   Param<std::vector<double>> rows{this, "rows", {.min = 0, .text = "first and last; default: all"}};
-  Param<double> value{this, "value", {.unit = "m", .text = "the value to which rms refers; default: a fitted plane"}};
+  Param<double> value{
+      this,
+      "value",
+      {.unit = "m|counts|1", .text = "the value to which rms refers; default for lengths: a fitted plane"}};
   Param<std::string> reference{
       this, "reference", {.text = "a channel to which rms refers, pixel by pixel, e.g. true_depth of a simulation"}};
   Param<Choice> part{this,
@@ -85,7 +92,7 @@ struct Statistics final : Sink {
     std::size_t first_column, last_column, first_row, last_row;
   };
   struct Input {
-    std::string name, channel;
+    std::string name, channel, unit;
     const float* rays = nullptr;  ///< null: no points
     double offset = 0;            ///< depth offset: from the sensor plane to the optical centre, m
     std::vector<Part> parts;      ///< the first is what is asked for, others stand beside it
@@ -104,11 +111,12 @@ struct Statistics final : Sink {
   }
 
   void add_input(const tofgraph_stream& stream) {
-    Input input{stream.node, stream.bound[0], nullptr, 0, {}};
+    const tofgraph_channel* const found = chosen(stream);
+    Input input{stream.node, found->name, found->unit, nullptr, 0, {}};
     for (const char* name : {"all", "flat", "edge"}) {
       if (*part == name || *part == "each") input.parts.push_back({name, {}, {}});
     }
-    const tofgraph_channel* const found = channel_of(stream, input.channel);
+    check_unit(*found);
     const std::uint64_t height = found->extent[0], width = found->extent[1];
     if (reference.given()) check_reference(stream, *found);
     if (height != 0 && width != 0) region(height, width);
@@ -122,20 +130,51 @@ struct Statistics final : Sink {
     inputs_.push_back(std::move(input));
   }
 
-  static const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {
-    for (const tofgraph_channel& c :
-         Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
-      if (name == c.name) return &c;
-    return nullptr;
+  /// The channel of a stream that is evaluated: an image of float32.
+  const tofgraph_channel* chosen(const tofgraph_stream& stream) const {
+    const tofgraph_channel* found = channel.given() ? channel_of(stream, *channel) : nullptr;
+    for (const char* name : {"depth", "range", "distance"}) {
+      if (!channel.given() && found == nullptr) found = channel_of(stream, name);
+    }
+    if (found == nullptr) {
+      std::vector<std::string> names;
+      for (const tofgraph_channel& c :
+           Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
+        names.emplace_back(c.name);
+      throw ConfigError("channel", fmt::format("there is no {}; what arrives from '{}' has {}",
+                                               channel.given() ? "'" + *channel + "'" : "depth, range or distance",
+                                               stream.node, fmt::join(names, ", ")));
+    }
+    if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2)
+      throw ConfigError("channel", fmt::format("'{}' is no image of float32 numbers", found->name));
+    return found;
+  }
+
+  /// One sink has one unit, which that of `value` must be.
+  void check_unit(const tofgraph_channel& image) {
+    if (!inputs_.empty() && inputs_[0].unit != image.unit)
+      throw ConfigError("channel", fmt::format("'{}' is in '{}' and '{}' in '{}': use a sink for each",
+                                               inputs_[0].channel, inputs_[0].unit, image.name, image.unit));
+    const std::string unit = image.unit, expected = unit.empty() ? "1" : unit;
+    if (value.given() && value.keyword() != expected)
+      throw ConfigError("value",
+                        fmt::format("'{}' is in {}: write e.g. value: {}", image.name, unit.empty() ? "no unit" : unit,
+                                    unit == "m"    ? "500 mm"
+                                    : unit.empty() ? "0.5"
+                                                   : "100 " + unit));
+  }
+
+  static bool counts(const Input& input, float number) {
+    return is_length_channel(input.channel.c_str()) ? is_valid_length(number) : std::isfinite(number);
   }
 
   void check_reference(const tofgraph_stream& stream, const tofgraph_channel& image) const {
     const tofgraph_channel* const found = channel_of(stream, *reference);
     if (found == nullptr)
       throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
-    if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != "m" ||
+    if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != image.unit ||
         found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {
-      throw ConfigError("reference", fmt::format("'{}' is not an image of lengths (float32, m) of the size of '{}'",
+      throw ConfigError("reference", fmt::format("'{}' is not an image (float32) of the unit and size of '{}'",
                                                  *reference, image.name));
     }
   }
@@ -143,21 +182,21 @@ struct Statistics final : Sink {
   void add_against(Input& input, const Array<const float>& lengths, const Array<const float>& truth) const {
     const std::vector<bool> edges = edges_of(truth);
     for (Part& each : input.parts) {
-      each.add(summary_against(lengths, truth, [&](std::size_t pixel) {
+      each.add(summary_against(input, lengths, truth, [&](std::size_t pixel) {
         return each.name == "all" || edges[pixel] == (each.name == "edge");
       }));
     }
   }
 
-  template <class Chosen>
-  Summary summary_against(const Array<const float>& lengths, const Array<const float>& truth, Chosen&& chosen) const {
+  template <class Chosen> Summary summary_against(const Input& input, const Array<const float>& lengths,
+                                                  const Array<const float>& truth, Chosen&& chosen) const {
     const Region r = region(lengths.rows(), lengths.columns());
     std::vector<double> values;
     double residuals = 0;
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column), difference = length - static_cast<double>(truth(row, column));
-        if (!chosen(row * lengths.columns() + column) || !is_valid_length(lengths(row, column)) ||
+        if (!chosen(row * lengths.columns() + column) || !counts(input, lengths(row, column)) ||
             !std::isfinite(difference))
           continue;
         values.push_back(length);
@@ -197,7 +236,7 @@ struct Statistics final : Sink {
     for (std::size_t row = r.first_row; row <= r.last_row; ++row) {
       for (std::size_t column = r.first_column; column <= r.last_column; ++column) {
         const double length = lengths(row, column);
-        if (!is_valid_length(lengths(row, column))) continue;
+        if (!counts(input, lengths(row, column))) continue;
         values.push_back(length);
         if (plane) {
           const float* ray = input.rays + 3 * (row * lengths.columns() + column);
@@ -220,6 +259,8 @@ struct Statistics final : Sink {
     return value.given() ? "value" : reference.given() ? reference->c_str() : input.rays != nullptr ? "plane" : "";
   }
 
+  std::string unit() const { return inputs_.empty() ? "" : inputs_[0].unit; }
+
   /// Parts beside the requested one.
   static std::span<const Part> others(const Input& input) { return std::span(input.parts).subspan(1); }
 
@@ -240,7 +281,7 @@ struct Statistics final : Sink {
       }
       inputs.push_back(std::move(entry));
     }
-    nlohmann::json all{{"format", "tofgraph-statistics"}, {"version", 1}, {"unit", "m"}, {"inputs", inputs}};
+    nlohmann::json all{{"format", "tofgraph-statistics"}, {"version", 1}, {"unit", unit()}, {"inputs", inputs}};
     if (columns.given()) all["columns"] = std::vector<std::uint64_t>(columns->begin(), columns->end());
     if (rows.given()) all["rows"] = std::vector<std::uint64_t>(rows->begin(), rows->end());
     if (value.given()) all["value"] = *value;
@@ -261,8 +302,9 @@ struct Statistics final : Sink {
   }
 
   std::string csv() const {
-    std::string text = "name,channel,frame,count,mean_m,sd_m,min_m,max_m,rms_m,rms_against";
-    for (const Part& beside : others(inputs_[0])) text += fmt::format(",rms_{}_m", beside.name);
+    const std::string in = unit().empty() ? "" : "_" + unit();
+    std::string text = fmt::format("name,channel,frame,count,mean{0},sd{0},min{0},max{0},rms{0},rms_against", in);
+    for (const Part& beside : others(inputs_[0])) text += fmt::format(",rms_{}{}", beside.name, in);
     text += "\n";
     for (const Input& input : inputs_) {
       text += line(input, "all", [](const Part& p) -> const Summary& { return p.all; });
@@ -273,19 +315,23 @@ struct Statistics final : Sink {
   }
 
   std::string table() const {
-    const auto mm = [](double metre) {
-      return std::isfinite(metre) ? fmt::format("{:.3f}", metre * 1e3) : std::string("-");
+    const double scale = unit() == "m" ? 1e3 : 1;
+    const auto shown = [scale](double number) {
+      return std::isfinite(number) ? fmt::format("{:.3f}", number * scale) : std::string("-");
+    };
+    const auto head = [&](const std::string& word) {
+      return word + (unit() == "m" ? "/mm" : unit().empty() ? "" : "/" + unit());
     };
     std::string text = fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}", "node", "channel",
-                                   "frames", "pixels", "mean/mm", "sd/mm", "min/mm", "max/mm", "rms/mm");
-    for (const Part& beside : others(inputs_[0])) text += fmt::format(" {:>10}", beside.name + "/mm");
+                                   "frames", "pixels", head("mean"), head("sd"), head("min"), head("max"), head("rms"));
+    for (const Part& beside : others(inputs_[0])) text += fmt::format(" {:>10}", head(beside.name));
     text += "  rms against\n";
     for (const Input& input : inputs_) {
       const Summary& s = input.parts[0].all;
       text += fmt::format("{:20} {:10} {:>7} {:>10} {:>12} {:>10} {:>12} {:>12} {:>10}", input.name, input.channel,
-                          input.parts[0].frames.size(), s.count, mm(s.count > 0 ? s.mean : unknown), mm(s.sd()),
-                          mm(s.min), mm(s.max), mm(s.rms()));
-      for (const Part& beside : others(input)) text += fmt::format(" {:>10}", mm(beside.all.rms()));
+                          input.parts[0].frames.size(), s.count, shown(s.count > 0 ? s.mean : unknown), shown(s.sd()),
+                          shown(s.min), shown(s.max), shown(s.rms()));
+      for (const Part& beside : others(input)) text += fmt::format(" {:>10}", shown(beside.all.rms()));
       text += fmt::format("  {}\n", against(input));
     }
     return text;
@@ -298,4 +344,5 @@ struct Statistics final : Sink {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Statistics, "Mean, standard deviation and rms of depth, range or distance over a region")
+TOFGRAPH_STAGE(tofgraph::Statistics,
+               "Mean, standard deviation and rms of an image over a region: lengths, or any other channel")

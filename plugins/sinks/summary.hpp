@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Sums of `statistics`, which can be merged; the plane through points; the pixels at edges.
+/// @file Sums of `statistics`, which can be merged; its channels; the plane through points; the pixels at edges.
 #pragma once
 
 #include <tofgraph/array.hpp>
+#include <tofgraph/stage.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,14 @@
 namespace tofgraph {
 
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+/// The channel of that name; null: there is none.
+inline const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {
+  for (const tofgraph_channel& c :
+       Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
+    if (name == c.name) return &c;
+  return nullptr;
+}
 
 /// Over valid pixels. mean, sd (n - 1), rms, min and max are in metre, NaN where there are too few pixels.
 struct Summary {

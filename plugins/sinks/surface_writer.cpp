@@ -147,9 +147,9 @@ class Box {
 class Surface {
  public:
   /// @param heights of the pixels, 0 to 1; NaN: invalid
-  /// @param near_up what is low has the colours of great values
-  Surface(const cv::Mat& heights, const cv::Point3d& box, bool near_up)
-      : heights_(heights), box_(box), near_up_(near_up) {}
+  /// @param levels of their colours: from 0 to 1 the scale, beyond the colour of its end
+  Surface(const cv::Mat& heights, const cv::Mat& levels, const cv::Point3d& box)
+      : heights_(heights), levels_(levels), box_(box) {}
 
   void draw(cv::Mat& canvas, const View& view, const cv::Point2d& front) const {
     const int rows = heights_.rows - 1, columns = heights_.cols - 1;
@@ -167,16 +167,15 @@ class Surface {
     constexpr int fraction_bits = 4;
     const std::array<cv::Point, 4> around = {cv::Point(c, r), {c + 1, r}, {c + 1, r + 1}, {c, r + 1}};
     std::array<cv::Point, 4> corners;
-    double mean = 0;
+    double level = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const float height = heights_.at<float>(around[i]);
       if (std::isnan(height)) return;
       const cv::Point2d p = view({column(around[i].x), row(around[i].y), height}) * (1 << fraction_bits);
       corners[i] = cv::Point(cvRound(p.x), cvRound(p.y));
-      mean += height / 4;
+      level += std::clamp(levels_.at<float>(around[i]), 0.0F, 1.0F) / 4;
     }
-    const double level = near_up_ ? 1 - mean : mean;
-    const auto& colour = level_colours().at<cv::Vec3b>(std::clamp(physics::to_integer(level * 255, 0), 0, 255));
+    const auto& colour = level_colours().at<cv::Vec3b>(physics::to_integer(level * 255, 0));
     const cv::Scalar lit = cv::Scalar(colour) * brightness(r, c);
     cv::fillConvexPoly(canvas, corners.data(), 4, lit, cv::LINE_8, fraction_bits);
   }
@@ -191,18 +190,27 @@ class Surface {
     return 0.45 + 0.55 * std::max(0.0, normal.dot(light));
   }
 
-  const cv::Mat& heights_;
+  const cv::Mat &heights_, &levels_;
   cv::Point3d box_;
-  bool near_up_;
 };
+
+/// The range of all values, and at least `shown`.
+Range whole_range(const cv::Mat& image, Range shown) {
+  for (const float value : cv::Mat_<float>(image)) {
+    if (!std::isfinite(value)) continue;
+    shown.low = std::min(shown.low, double{value});
+    shown.high = std::max(shown.high, double{value});
+  }
+  return shown;
+}
 
 }  // namespace
 
-/// Heights over the image plane are the values within the range, cut at its ends; of lengths, what is near is up.
-/// Colours stand for values as in the pictures of image_writer (what is near is dark), with their scale beside the
-/// surface, and are shaded by a light from the left. A facet between four neighbours of which one is invalid is left
-/// out. The axes of columns and rows are in pixels, that of the values in m, or mm
-/// below 1 m.
+/// Heights over the image plane are the values; of lengths, what is near is up. Colours stand for values as in the
+/// pictures of image_writer (what is near is dark), with their scale beside the surface: beyond `minimum` and `maximum`
+/// they stay the same, and the surface goes on. They are shaded by a light from the left. A facet between four
+/// neighbours of which one is invalid is left out. The axes of columns and rows are in pixels, that of the values in m,
+/// or mm below 1 m.
 struct SurfaceWriter final : ChannelPictures {
   Param<double> azimuth{this,
                         "azimuth",
@@ -252,11 +260,10 @@ struct SurfaceWriter final : ChannelPictures {
     const double max_length = std::max(image.cols, image.rows);
     const cv::Point3d box(image.cols / max_length, image.rows / max_length, relief);
     const bool near_up = unit_ == "m";
-    cv::Mat heights = (image - shown.low) / (shown.high - shown.low);
-    for (float& height : cv::Mat_<float>(heights)) {
-      const float level = near_up ? 1 - height : height;
-      height = std::isnan(level) ? level : std::clamp(level, 0.0F, 1.0F);
-    }
+    const Range whole = whole_range(image, shown);
+    const cv::Mat levels = (image - shown.low) / (shown.high - shown.low);
+    cv::Mat heights = (image - whole.low) / (whole.high - whole.low);
+    if (near_up) heights = 1 - heights;
     const cv::Point2d front(std::sin(*azimuth) < 0 ? -1 : 1, std::cos(*azimuth) < 0 ? -1 : 1);
     View view(*azimuth, *elevation, box);
     const auto [unit, per_si] = shown_unit(shown);
@@ -265,7 +272,7 @@ struct SurfaceWriter final : ChannelPictures {
     const bool with_scale = dots.width >= room_for_scale;
     view.fit(cv::Rect2d(75, 55, (with_scale ? bar.x : dots.width) - 115, dots.height - 115));
     cv::Mat canvas(dots, CV_8UC3, white);
-    draw_axes(canvas, Box(view, front), image, shown, near_up);
+    draw_axes(canvas, Box(view, front), image, whole, near_up);
     if (with_scale) {
       draw_scale(canvas, bar, shown, per_si);
       text(canvas, unit, {bar.x, bar.y - 12});
@@ -273,19 +280,19 @@ struct SurfaceWriter final : ChannelPictures {
     text(canvas, title_of(unit, number), {16, 24});
     cv::Mat large;
     cv::resize(canvas, large, {}, supersampling, supersampling, cv::INTER_NEAREST);
-    Surface(heights, box, near_up).draw(large, view.enlarged(supersampling), front);
+    Surface(heights, levels, box).draw(large, view.enlarged(supersampling), front);
     cv::resize(large, canvas, dots, 0, 0, cv::INTER_AREA);
     return canvas;
   }
 
-  void draw_axes(cv::Mat& canvas, const Box& box, const cv::Mat& image, const Range& shown, bool near_up) const {
-    const auto [unit, per_si] = shown_unit(shown);
+  void draw_axes(cv::Mat& canvas, const Box& box, const cv::Mat& image, const Range& whole, bool near_up) const {
+    const auto [unit, per_si] = shown_unit(whole);
     const auto scaled = [](std::vector<Tick> all, double low, double high, double first, double last) {
       for (Tick& t : all) t.value = first + (t.value - low) / (high - low) * (last - first);
       return all;
     };
     const auto pixels = [&](int count) { return scaled(ticks(0, count - 1), 0, count - 1, -0.5, 0.5); };
-    const double low = shown.low * per_si, high = shown.high * per_si;
+    const double low = whole.low * per_si, high = whole.high * per_si;
     box.draw_walls(canvas);
     box.column_axis(canvas, pixels(image.cols), "column / px");
     box.row_axis(canvas, pixels(image.rows), "row / px");

@@ -214,5 +214,29 @@ TEST_F(Calibrate, SaturatedTimesAreNotRecommended) {
   EXPECT_EQ(column_of(folder.path() / "out/t.yaml", "integration_time", "s"), (std::vector<double>{2e-3, 20e-3}));
 }
 
+TEST_F(Calibrate, PhasesSaturateByTheProfilesFullWell) {
+  write_text(folder.path() / "scene.yaml",
+             "scene: 1\ncamera: camcube2\nframes: 2\noutput: phases\nobjects:\n"
+             "  - {name: board, type: board, distance: 500 mm}\n"
+             "sequence:\n  - keys: [board.distance, roi]\n    values:\n"
+             "      - [500 mm, {columns: [0, 203], rows: [0, 203]}]\n"
+             "      - [1500 mm, {columns: [31, 172], rows: [67, 136]}]\n"
+             "  - {key: integration_time, values: [0.5 ms, 2 ms, 20 ms]}\n");
+  const Outcome outcome =
+      run("tofgraph simulate scene.yaml -o out/boards && "
+          "tofgraph calibrate integration-time out/boards/campaign.yaml -o out/t.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<double> best = column_of(folder.path() / "out/t.yaml", "integration_time", "s"),
+                            full = column_of(folder.path() / "out/t.yaml", "saturates", "s");
+  ASSERT_EQ(full.size(), 2U);
+  // The light falls with the square of the path: means of the modelled board, 517.32 and 1515.46 mm (table 6.2).
+  EXPECT_NEAR(full[1] / full[0], std::pow(1515.46 / 517.32, 2), 0.01);
+  EXPECT_EQ(best[0], 2e-3);
+  EXPECT_GT(full[0], 2e-3);
+  EXPECT_LT(full[0], 20e-3);
+  const std::string page = read_text(folder.path() / "out/t.html");
+  EXPECT_NE(page.find("by the profile's full well would be"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace tofgraph::tests

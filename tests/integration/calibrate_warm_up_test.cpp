@@ -33,11 +33,18 @@ class WarmUp : public testing::Test {
   /// @returns mean over the window's pixels and all frames, m
   double record(const std::string& name, const Truth& truth, double end, double pace, double noise, double wander = 0,
                 bool knows_time = true) {
-    std::vector<std::vector<float>> images;
     std::vector<double> times;
+    for (double t = 30; t <= end; t += pace) times.push_back(t);
+    return record_at(name, truth, times, noise, wander, knows_time);
+  }
+
+  /// The same at given times since power-on, s.
+  double record_at(const std::string& name, const Truth& truth, const std::vector<double>& times, double noise = 0,
+                   double wander = 0, bool knows_time = true) {
+    std::vector<std::vector<float>> images;
     std::normal_distribution<double> unit(0, 1);
     double sum = 0, walk = 0;
-    for (double t = 30; t <= end; t += pace) {
+    for (const double t : times) {
       walk = 0.9 * walk + std::sqrt(1 - 0.81) * wander * unit(random_);
       std::vector<float> image(plain_pixels, static_cast<float>(truth.start));
       double mean = 0;
@@ -50,7 +57,6 @@ class WarmUp : public testing::Test {
         }
       }
       images.push_back(std::move(image));
-      times.push_back(t);
       sum += mean;
     }
     RawCapture capture(folder.path() / name);
@@ -143,13 +149,37 @@ TEST_F(WarmUp, TheShippedCampaignAndModelGiveTable31) {
   const std::array<double, 3> mean = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm}, sd = {6.6 * mm, 8.2 * mm, 4.8 * mm};
   const io::Calibrated means = column("mean", "m"), sds = column("sd", "m"), tau = column("time_constant", "s");
   ASSERT_EQ(means.value.size(), 3U);
+  // Of 53 mm (1 - e^(-t / 15 min)) over 8 h, evenly in time: the integral, the noise of the readings apart.
+  const double drift = 53 * mm, share = 15.0 / 480, over_time = drift * std::sqrt(share / 2 - share * share);
   for (std::size_t k = 0; k < 3; ++k) {
     std::printf("mean %.2f mm (%.1f), sd %.2f mm (%.1f), time constant %.2f min\n", means.value[k] / mm, mean[k] / mm,
                 sds.value[k] / mm, sd[k] / mm, tau.value[k] / minute);
     EXPECT_NEAR(means.value[k], mean[k], 0.5 * mm);
+    EXPECT_NEAR(sds.value[k], over_time, (k == 0 ? 0.6 : 0.15) * mm) << "5 ms have the most noise";
     EXPECT_NEAR(sds.value[k], sd[k], 2 * mm) << "the drift is the same for all integration times";
     EXPECT_NEAR(tau.value[k], 15 * minute, 4 * tau.sd[k]);
     EXPECT_NEAR(tau.value[k], 15 * minute, 0.05 * 15 * minute);
+  }
+}
+
+TEST_F(WarmUp, MeanAndDeviationAreOverTheTimeNotOverThePoints) {
+  // The same drift, every minute, and with nine points of ten in the first hour: means and deviations are the
+  // integrals.
+  const Truth truth{10e-3, 3.0, 20 * mm, 15 * minute};
+  const double end = 8 * hour, share = 15.0 / 480;
+  const double mean = truth.start + truth.drift * (1 - share), sd = truth.drift * std::sqrt(share / 2 - share * share);
+  std::vector<double> times;
+  for (double t = 0; t < hour; t += minute) times.push_back(t);
+  for (double t = hour; t <= end; t += hour) times.push_back(t);
+  for (const bool dense : {false, true}) {
+    if (dense)
+      record_at("a.h5", truth, times);
+    else
+      record("a.h5", truth, end, minute, 0);
+    campaign({"a.h5"});
+    ASSERT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml --force").exit_code, 0);
+    EXPECT_NEAR(column("mean", "m").value[0], mean, 0.1 * mm) << dense;
+    EXPECT_NEAR(column("sd", "m").value[0], sd, 0.15 * mm) << dense;
   }
 }
 
@@ -188,13 +218,17 @@ TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {
 TEST_F(WarmUp, TheMeanIsThatOfTheFourCentrePixelsOrOfAWindow) {
   record("a.h5", {10e-3, 3.05, 10 * mm, 12 * minute}, 2 * hour, 5 * minute, 4 * mm);
   const auto values = raw_values<float>(folder.path() / "a.h5", "/frames/distance");
-  const auto mean_of = [&](std::size_t first, std::size_t last) {  // of a square window, and all frames
+  // Over a square window and the time: the frames are evenly spaced, the first and the last stand for half as long.
+  const auto mean_of = [&](std::size_t first, std::size_t last) {
+    const std::size_t frames = values.size() / plain_pixels;
     double sum = 0, count = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       const std::size_t column = i % plain_side, row = i % plain_pixels / plain_side;
       if (column < first || column > last || row < first || row > last) continue;
-      sum += static_cast<double>(values[i]);
-      count += 1;
+      const std::size_t frame = i / plain_pixels;
+      const double weight = frame == 0 || frame + 1 == frames ? 0.5 : 1;
+      sum += weight * static_cast<double>(values[i]);
+      count += weight;
     }
     return sum / count;
   };

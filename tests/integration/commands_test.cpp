@@ -144,6 +144,7 @@ TEST(Commands, DescribeSaysOfEachValueWhetherItWasMeasured) {
   for (const char* key : {"focal_length", "principal_point", "distortion"})
     EXPECT_TRUE(has(line_of(own, key), " measured ")) << key << "\n" << own;
   EXPECT_TRUE(has(line_of(own, "pixel_pitch"), " nominal ")) << own;
+  EXPECT_THAT(own, testing::HasSubstr("[101.3, 101.7] px, the first pixel's centre is 0"));
   const std::string camcube = shell("\"$TOFGRAPH\" describe camcube2", folder.path()).out;
   for (const char* key : {"width", "focal_length", "modulation_frequency", "sources", "gain"})
     EXPECT_TRUE(has(line_of(camcube, key), std::string_view(key) == "gain" ? " assumed " : " nominal ")) << key << "\n"

@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "config/paths.hpp"
+#include "config/process_limits.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_map.hpp"
@@ -215,7 +216,7 @@ TEST(Trial, BlamesTheFileForCrashesAlone) {
 TEST(Trial, EndsALoopByTheProcessorsTimeAlone) {
   const pid_t child = fork();
   if (child == 0) {
-    io::set_limits({std::size_t{1} << 40U, 1});
+    config::limit_process({std::size_t{1} << 40U, 1});
     sleep(2);  // under load a healthy file may take long
     std::atomic<bool> go_on{true};
     while (go_on.load()) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Plots without a single point that can be drawn.
+// Plots without a single point that can be drawn, and scales.
 #include "report/plot.hpp"
 
 #include <gtest/gtest.h>
@@ -34,6 +34,24 @@ TEST(EmptyPlot, AMapOfUnknownValuesIsDrawn) {
   EXPECT_NE(heat_map({.title = "t", .rows = 3, .columns = 4, .values = std::vector<double>(12, std::nan(""))}, 300, 200)
                 .find("</svg>"),
             std::string::npos);
+}
+
+TEST(PlotAxis, OfTimesBeginsAtZero) {
+  const Curve series{.name = "series", .x = {0.5, 240, 480}, .y = {3, 2, 1}};
+  const std::string svg = curves({.title = "t", .x_label = "min", .curves = {series}}, 500, 300);
+  EXPECT_EQ(svg.find("-50"), std::string::npos);
+  EXPECT_EQ(svg.find("−50"), std::string::npos);
+}
+
+TEST(LogarithmicMap, IsDrawnOtherwiseAndAlsoWithoutValues) {
+  HeatMap map{.title = "t", .rows = 1, .columns = 4, .values = {1, 10, 100, std::nan("")}, .signed_values = false};
+  const std::string linear = heat_map(map, 300, 200);
+  map.logarithmic = true;
+  const std::string logarithmic = heat_map(map, 300, 200);
+  EXPECT_NE(linear, logarithmic);
+  map.values = {std::nan(""), std::nan("")};
+  map.columns = 2;
+  EXPECT_NE(heat_map(map, 300, 200).find("</svg>"), std::string::npos) << "nothing to draw";
 }
 
 }  // namespace

@@ -296,9 +296,42 @@ TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("statistics rows=[1.5,2]"), "expected the first and the last");
   expect_words(why("statistics path=a.txt"), "'path': ");
   expect_words(why("statistics path=a.txt"), "says nothing about the format: end it in .csv or .json");
-  expect_words(why("statistics channel=range"), "needs range; what arrives has depth");
+  expect_words(why("statistics channel=range"), "'channel': there is no 'range'; what arrives from");
+  expect_words(why("statistics value='20 counts'"), "'depth' is in m: write e.g. value: 500 mm");
   write_text(path, "precious");
   expect_words(why(line()), path.string() + " already exists: --force or overwrite: true allows it to be replaced");
+}
+
+TEST_F(StatisticsStage, TakesEveryImageInItsOwnUnit) {
+  // Of 1, 2, 3, -6 counts: mean 0, sd sqrt(50 / 3), rms from 2 counts sqrt((1 + 0 + 1 + 64) / 4). A NaN does not count.
+  Harness stage(line("channel=amplitude value='2 counts'"));
+  stage.put<float>("depth", {1, 5}, std::vector<float>(5, 1.0F));
+  stage.put<float>("amplitude", {1, 5}, {1, 2, 3, -6, none}, {.unit = "counts"});
+  stage.run();
+  stage.finish();
+  const json all = json::parse(read_text(path)), found = all.at("inputs").at(0);
+  EXPECT_EQ(all["unit"], "counts");
+  EXPECT_EQ(found["channel"], "amplitude");
+  EXPECT_EQ(found["count"], 4);
+  EXPECT_NEAR(found["mean"].get<double>(), 0, 1e-12);
+  EXPECT_NEAR(found["sd"].get<double>(), std::sqrt(50.0 / 3), 1e-12);
+  EXPECT_NEAR(found["rms"].get<double>(), std::sqrt(66.0 / 4), 1e-12);
+
+  // An offset is in m, but no length: it may be negative.
+  const json offset = of("offset", {1, 2}, {{-0.004F, 0.006F}}, "channel=offset");
+  EXPECT_EQ(offset["count"], 2);
+  EXPECT_NEAR(offset["mean"].get<double>(), 0.001, 1e-9);
+
+  const fs::path csv = folder.path() / "a.csv";
+  const Outcome outcome = shell(
+      "\"$TOFGRAPH\" run \"simulator frames=1 ! four_phase_decoder ! statistics "
+      "channel=amplitude path=a.csv show=true\" --camera camcube2",
+      folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string text = read_text(csv);
+  EXPECT_EQ(text.substr(0, text.find('\n')),
+            "name,channel,frame,count,mean_counts,sd_counts,min_counts,max_counts,rms_counts,rms_against");
+  expect_words(outcome.out, "mean/counts");
 }
 
 TEST_F(StatisticsStage, AFullDiskIsAnErrorAtTheEnd) {

@@ -139,13 +139,23 @@ TEST_F(SurfaceStage, WhatIsNearStandsUpAndHidesWhatIsBehind) {
   EXPECT_GT(cv::norm(picture(limits + "azimuth='0 deg" + turned), before, cv::NORM_INF), 50);
 }
 
-TEST_F(SurfaceStage, ValuesBeyondTheRangeStayInTheBox) {
+TEST_F(SurfaceStage, LimitsCutTheColoursNotTheHeights) {
+  const std::string turned = "azimuth='0 deg' elevation='20 deg'";
   set(0, 19, 0, columns - 1, 0.5F);
   set(20, rows - 1, 0, columns - 1, 1.5F);
-  const cv::Mat ends = picture(limits);
-  set(0, 19, 0, columns - 1, 0.1F);
-  set(20, rows - 1, 0, columns - 1, 9.0F);
-  EXPECT_EQ(cv::norm(picture(limits), ends, cv::NORM_INF), 0);
+  const cv::Mat own = picture(turned + " minimum='500 mm' maximum='1500 mm'"),
+                narrow = picture(turned + " minimum='700 mm' maximum='1300 mm'");
+  cv::Mat differ;
+  cv::bitwise_xor(coloured(own), coloured(narrow), differ);
+  EXPECT_EQ(cv::countNonZero(differ), 0) << "the same surface";
+  // Beyond the limits the colours are those of the ends: what is flat looks the same.
+  set(0, 19, 0, columns - 1, 0.5F);
+  set(20, rows - 1, 0, columns - 1, 0.9F);
+  set(10, 12, 20, 30, 0.4F);
+  const cv::Mat step = picture(turned + " minimum='600 mm' maximum='800 mm'");
+  set(10, 12, 20, 30, 0.5F);
+  EXPECT_GT(cv::norm(step, picture(turned + " minimum='600 mm' maximum='800 mm'"), cv::NORM_INF), 50)
+      << "a step beyond the limits is seen by its height";
 }
 
 TEST_F(SurfaceStage, SaysWhatIsWrong) {

@@ -3,16 +3,13 @@
 #include "io/captures/capture_guard.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdint>
-#include <fstream>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -27,13 +24,6 @@
 
 namespace tofgraph::io {
 namespace {
-
-/// Bytes of address space in use now.
-std::size_t address_space() {
-  std::size_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-}
 
 /// Properties that change with a file's content: device, inode, size, time of the last change in s and ns.
 using Version = std::array<std::int64_t, 5>;
@@ -67,20 +57,7 @@ Passed& passed() {
   return all;
 }
 
-void limit(decltype(RLIMIT_AS) what, rlim_t value) {
-  rlimit now{};
-  getrlimit(what, &now);
-  now.rlim_cur = std::min(value, now.rlim_max);
-  setrlimit(what, &now);
-}
-
 }  // namespace
-
-void set_limits(const TrialLimits& limits) {
-  limit(RLIMIT_CORE, 0);
-  limit(RLIMIT_CPU, limits.cpu_seconds);
-  limit(RLIMIT_AS, address_space() + limits.memory);
-}
 
 void run_trial(std::vector<std::string> command) {
   const std::string program = command.front();

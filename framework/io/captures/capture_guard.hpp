@@ -11,15 +11,6 @@
 
 namespace tofgraph::io {
 
-/// Limits of a trial.
-struct TrialLimits {
-  std::size_t memory;  ///< bytes beyond what the process has now
-  unsigned cpu_seconds;
-};
-
-/// From now on this process ends when it takes more.
-void set_limits(const TrialLimits& limits);
-
 /// Runs a trial (config::trial_program() and its arguments): a program that writes to its standard output what is wrong
 /// with the file.
 /// @throws std::runtime_error with that text, or saying that the program crashed or came to no end

@@ -3,6 +3,7 @@
 #include "io/captures/capture_map.hpp"
 
 #include "config/paths.hpp"
+#include "config/process_limits.hpp"
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_hdf5.hpp"
@@ -93,7 +94,7 @@ ImageData read_pixel_map(const std::string& file, const std::string& dataset) {
 }
 
 void read_pixel_map_on_trial(const std::string& file, const std::string& dataset) {
-  set_limits({std::size_t{1} << 28U, 20});
+  config::limit_process({std::size_t{1} << 28U, 20});
   load(file, dataset);
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/log.hpp"
 #include "config/paths.hpp"
+#include "config/process_limits.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_dataset.hpp"
 #include "io/captures/capture_guard.hpp"
@@ -112,7 +113,7 @@ CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) : impl_(st
 void CaptureReader::read_on_trial(const fs::path& file, std::uint64_t end) {
   std::error_code error;
   const std::uintmax_t size = fs::file_size(file, error);
-  set_limits({trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds});
+  config::limit_process({trial_memory + 2 * std::min<std::size_t>(error ? 0 : size, max_chunk), trial_seconds});
   Impl trial;
   trial.file = file;
   trial.end = end;

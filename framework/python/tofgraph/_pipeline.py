@@ -20,6 +20,7 @@ def _stop_all():
     """No pipeline may run when the interpreter exits."""
     for run in list(_running):
         run.close()
+    _core.leave_all()
 
 
 class Node(dict):

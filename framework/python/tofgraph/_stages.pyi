@@ -411,13 +411,13 @@ class Stages:
         @param normals with the fields normal_x, normal_y, normal_z and curvature, see the filter normals; default false
         @param encoding of the values; default binary
         """
-    def statistics(self, *, name: str = ..., channel: Literal["depth", "range", "distance"] = ..., columns: Sequence[float | str] = ..., rows: Sequence[float | str] = ..., value: str = ..., reference: Any = ..., part: Literal["all", "flat", "edge", "each"] = ..., path: str | PathLike[str] = ..., show: bool = ..., format: Literal["auto", "table", "csv", "json"] = ..., **more: Any) -> Node:
-        """Mean, standard deviation and rms of depth, range or distance over a region.
+    def statistics(self, *, name: str = ..., channel: Any = ..., columns: Sequence[float | str] = ..., rows: Sequence[float | str] = ..., value: str = ..., reference: Any = ..., part: Literal["all", "flat", "edge", "each"] = ..., path: str | PathLike[str] = ..., show: bool = ..., format: Literal["auto", "table", "csv", "json"] = ..., **more: Any) -> Node:
+        """Mean, standard deviation and rms of an image over a region: lengths, or any other channel.
 
-        @param channel default: the first that exists
+        @param channel any image of float32, e.g. amplitude; default: the first of depth, range, distance that exists
         @param columns first and last, e.g. [90, 113]; default: all, at least 0
         @param rows first and last; default: all, at least 0
-        @param value the value to which rms refers; default: a fitted plane [m]
+        @param value the value to which rms refers; default for lengths: a fitted plane [m|counts|1]
         @param reference a channel to which rms refers, pixel by pixel, e.g. true_depth of a simulation
         @param part which pixels: edge, those within 3 pixels of a step of more than 30 mm between neighbours in the reference; flat, the others; each, all of them side by side; default all
         @param path a .csv or .json file; default: standard output

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Fuzz targets: everything that reads what somebody else wrote, fed with any bytes.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tofgraph::fuzz {
+
+/// A reader of untrusted bytes.
+struct Target {
+  std::string_view name;
+  std::string_view reads;  ///< in words, for --list
+  /// Reads the bytes. Returns where they are refused with an error of the project; every other exception is a finding.
+  void (*read)(std::string_view bytes);
+};
+
+std::vector<Target> document_targets();   ///< YAML files and units
+std::vector<Target> recording_targets();  ///< captures, and files of other programs
+std::vector<Target> device_targets();     ///< a USB camera's protocol and packets, plugin descriptors, the live view
+
+/// File with these bytes in a folder of this process, overwritten by the next call.
+std::filesystem::path file_of(std::string_view bytes, const std::string& name);
+
+}  // namespace tofgraph::fuzz
