@@ -41,8 +41,7 @@ template <class Fill> void run(benchmark::State& state, const std::string& line,
   stage.metadata().modulation_frequency = 20e6;
   stage.metadata().time_since_power_on = 600;
   fill(stage, size);
-  stage.run();  // two frames are under way at a time: the pages of both exist before the measurement
-  stage.run();
+  for (int i = 0; i < 20; ++i) stage.run();  // memory exists; the decoder has checked the order of the first images
   for (auto _ : state) stage.run();
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(size.pixels()));
   state.counters["pixels"] = static_cast<double>(size.pixels());
