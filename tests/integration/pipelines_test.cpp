@@ -313,7 +313,7 @@ TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {
-  for (const fs::path file : fs::directory_iterator(pipelines)) {  // two need a capture first
+  for (const fs::path& file : fs::directory_iterator(pipelines)) {  // two need a capture first
     if (file.extension() != ".yaml" || file.stem() == "capture_to_cloud" || file.stem() == "full_chain") continue;
     const Outcome outcome = shell("\"$TOFGRAPH\" check " + file.filename().string(), folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
