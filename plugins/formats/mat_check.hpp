@@ -19,7 +19,8 @@ namespace tofgraph {
 
 class MatCheck {
  public:
-  /// @throws std::runtime_error a numeric variable whose values are of an unknown type or another number than announced
+  /// @throws std::runtime_error a numeric variable whose values are of an unknown type or another number than announced,
+  /// or whose sizes or name are longer than itself
   explicit MatCheck(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
     const auto size = static_cast<std::uint64_t>(in_.tellg());
     std::vector<std::uint8_t> head = bytes(0, 128);
@@ -85,7 +86,8 @@ class MatCheck {
       const std::uint32_t type = small ? tag & 0xffffU : tag, length = small ? tag >> 16U : number(matrix, at + 4);
       const std::uint64_t data = at + (small ? 4 : 8);
       if (part == 3) return check_values(type, length, expected);
-      if (data + length > matrix.size()) return;
+      if (data + length > matrix.size())  // libmatio would allocate what it announces
+        throw std::runtime_error("is damaged: the sizes or the name of a variable are longer than the variable");
       if (part == 0) {
         constexpr std::uint32_t first_numeric = 6, last_numeric = 15;
         const std::uint32_t kind = length >= 4 ? number(matrix, data) & 0xffU : 0;
