@@ -185,23 +185,23 @@ these pixels spread by 40 to 50 mm, which no normal distribution with a core of 
 both.
 """
 
-TIMES = """Optimal integration times by target and distance. The published boards were selected by the least RMSE,
-so `calibrate integration-time` takes the one time that each has as its optimum: {same} of {rows} rows of table 6.14
-as printed. Their RMSE is computed from means and σ of the depths; it deviates from print by {typical} mm in the
-median and {worst} mm at worst: N.L.C.D lacks the far pixels that (6.7) sums over. Of the rows beyond 2500 mm
-only that of the white sheet at 3000 mm can be read in the text (13 ms, 3.95 mm, as obtained); tables 6.2 to 6.13 have
-their times, without RMSE. Figures 6.9 to 6.11 (RMSE over all times) were published
-as images only: those of the twin are below.
+TIMES = """Optimal integration times by target and distance. The published boards were selected by the least RMSE, so
+`calibrate integration-time` takes the one time that each has as its optimum: {same} of {rows} rows of table 6.14 as
+printed. Their RMSE is computed from means and σ of the depths; it deviates from print by {typical} mm in the median
+and {worst} mm at worst: N.L.C.D lacks the far pixels that (6.7) sums over. Only one row beyond 2500 mm, of the white
+sheet at 3000 mm, can be read in the text (13 ms, 3.95 mm, as obtained); tables 6.2 to 6.13 have their times, without
+RMSE. Figures 6.9 to 6.11 (RMSE over all times) were published as images only: those of the twin are below.
 
-The twin is `camcube2_measured`. Its RMSE is within 25 % of print in {near} of {rows} rows; its optimum is within a factor
-2 of the printed time in {within} of the {all} rows of tables 6.2 to 6.13, {white} of 14 of the white sheet. A full well
-of 5300 counts, set by the bright sheets at 500 mm, limits the times of the bright sheets; saturated times have no
-optimum and are grey in the pictures. The scene is recorded as phases, which do not clip: a time counts as saturated from
-where the profile's full well would be reached. For the dark ones the simulated optimum is up to six times as long as the
-camera's. Noise falls with the time and the pattern stays: at the printed times of the 50, 75 and 100 % sheets the twin's
-RMSE is {flat} times that at its optimum in the median. What makes the camera's RMSE rise again is
-missing in the twin: an error that grows with the time for dark boards only. Light by way of the rig, and dark current
-that differs from pixel to pixel, are candidates; neither was tested, and no constant was tuned to hit these times.
+The twin is `camcube2_measured`. Its RMSE is within 25 % of print in {near} of {rows} rows; its optimum is within a
+factor 2 of the printed time in {within} of the {all} rows of tables 6.2 to 6.13, {white} of 14 of the white sheet. A
+full well of 5300 counts, set by the bright sheets at 500 mm, limits the times of the bright sheets; saturated times
+have no optimum and are grey in the pictures. The scene is recorded as phases, which do not clip: a time counts as
+saturated from where the profile's full well would be reached. For the dark ones the simulated optimum is up to six
+times as long as the camera's. Noise falls with the time and the pattern stays: at the printed times of the 50, 75 and
+100 % sheets the twin's RMSE is {flat} times that at its optimum in the median. The twin lacks the cause of the
+renewed rise of the camera's RMSE: an error that grows with the time for dark boards only. Light by way of the rig,
+and dark current that differs from pixel to pixel, are candidates; neither was tested, and no constant was tuned to
+hit these times.
 """
 
 CHAPTER_7 = [
@@ -230,8 +230,8 @@ ORDER_HEAD = ["filter", "the reference's order", "10 mm of Gaussian noise", "box
 ORDER = [
     ["non_local_means", "the best", "{gaussian_noise_non_local_means}", "{box_before_wall_non_local_means}",
      "{pallet_non_local_means}"],
-    ["bilateral", "not told", "{gaussian_noise_bilateral}", "{box_before_wall_bilateral}", "{pallet_bilateral}"],
-    ["yaroslavsky", "not told", "{gaussian_noise_yaroslavsky}", "{box_before_wall_yaroslavsky}",
+    ["bilateral", "not stated", "{gaussian_noise_bilateral}", "{box_before_wall_bilateral}", "{pallet_bilateral}"],
+    ["yaroslavsky", "not stated", "{gaussian_noise_yaroslavsky}", "{box_before_wall_yaroslavsky}",
      "{pallet_yaroslavsky}"],
     ["median, 3 x 3", "-", "-", "-", "{pallet_median}"],
     ["non_local_means, guide: amplitude", "-", "-", "-", "{pallet_guided}"],
@@ -242,10 +242,10 @@ ORDER = [
 PAGE = """# The reference's tables and figures, reproduced
 
 Every table and figure of chapters 1, 3, 5, 6 and 7 of the reference, the master's thesis that the
-[README](../README.md#citation) cites: the command, what is printed, what comes out, and what is not reproduced. `python3 tests/reference_results.py` runs the commands and writes this page; a test says
-when it is stale. Lengths in mm, µ / σ where there are two; "given" is what goes in. Of the real camera there are
-published statistics, no images: what is simulated shows that the formulas and the twin agree with print, not what
-the camera did.
+[README](../README.md#citation) cites: the command, what is printed, what comes out, and what is not reproduced.
+`python3 tests/reference_results.py` runs the commands and writes this page; a test says when it is stale. Lengths in
+mm, µ / σ where there are two; "given" is what goes in. The real camera has published statistics, but no images:
+simulations show that the formulas and the twin agree with print, not what the camera did.
 
 Not here: chapter 2 has no measurements; table 4.1 (lens) needs the images of a chessboard, which are not published;
 its numbers are those of the profile `camcube2_calibrated`, and [calibrate the lens](calibrate_lens.md) finds a
@@ -275,8 +275,8 @@ noise. Figure 3.3 states 16 mm for single frames, from which the profile `camcub
 {sixth}
 ### Figures 6.3 and 6.4, simulated
 
-Error of the distance, and amplitude, of the four centre pixels over distance and integration time. Print says of the
-distance that it varies linearly with the time, and shows no numbers. Left out is where a tap is full.
+Error of the distance, and amplitude, of the four centre pixels over distance and integration time. According to the
+reference the distance varies linearly with the time; it shows no numbers. Points with a full tap are left out.
 
 ![Distance and amplitude of the centre pixels, simulated](reference_centre_pixels.svg)
 

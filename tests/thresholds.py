@@ -15,28 +15,33 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+SOURCES = {"statistical": "S", "physical": "P", "chosen": "C", "numerical": "N"}
 BEGIN, END = "<!-- thresholds -->\n", "<!-- /thresholds -->"
 
 
 def table(header):
-    """Rows in the order of the header; its comments are: decision | unit | source."""
+    """Rows in the order of the header; its comments are: decision | unit | source. Numerical constants stay there."""
     text = header[header.index("struct SearchSettings {"):header.index("\n};")]
-    rows = ["| threshold | value | unit | decides | source |", "| --- | --- | --- | --- | --- |"]
+    rows = ["| threshold | value | decides | source |", "| --- | --- | --- | --- |"]
     comment = []
     for line in text.split("\n")[1:]:
         line = line.strip()
         section = re.fullmatch(r"// == (.*) ==", line)
         field = re.fullmatch(r"[\w:]+(?:<.*>)? (\w+) = (.+);", line)
         if section:
-            rows.append(f"| **{section.group(1)}** | | | | |")
+            rows.append(f"| **{section.group(1)}** |")
         elif line.startswith("///"):
             comment.append(line[3:].strip())
         elif field:
             parts = [part.strip() for part in " ".join(comment).split("|")]
             if len(parts) != 3 or not parts[0] or not parts[2]:
                 raise SystemExit(f"search_settings.hpp: {field.group(1)}: its comment has to be: decision | unit | source")
-            kind = re.split("[:;,]", parts[2])[0]  # its reason stays in the header
-            rows.append(f"| `{field.group(1)}` | {field.group(2).strip('{}')} | {parts[1]} | {parts[0]} | {kind} |")
+            kind = re.split("[:;, ]", parts[2])[0]  # its reason stays in the header
+            if kind not in SOURCES:
+                raise SystemExit(f"search_settings.hpp: {field.group(1)}: its source has to be one of {list(SOURCES)}")
+            value = f"{field.group(2).strip('{}')} {parts[1]}".strip()
+            if kind != "numerical":
+                rows.append(f"| `{field.group(1)}` | {value} | {parts[0]} | {SOURCES[kind]} |")
             comment = []
         elif line:
             raise SystemExit(f"search_settings.hpp: neither a section, a comment nor a threshold: {line}")

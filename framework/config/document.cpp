@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 #include <nlohmann/json.hpp>
 
@@ -86,17 +87,41 @@ class Converter {
   std::size_t count_ = 0;
 };
 
+/// Finds where a text's second document begins, reading no further: YAML::LoadAll finds documents without end after a
+/// comma that stands where a document may begin.
+class SecondDocument final : public YAML::EventHandler {
+ public:
+  /// @returns its place; none: there is at most one document
+  std::optional<YAML::Mark> find(const std::string& text) {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    while (starts_.size() < 2 && parser.HandleNextDocument(*this)) {
+    }
+    return starts_.size() < 2 ? std::nullopt : std::optional(starts_[1]);
+  }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { starts_.push_back(mark); }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+
+ private:
+  std::vector<YAML::Mark> starts_;
+};
+
 Value parse(const std::shared_ptr<const SourceText>& source, const std::string& text,
             const std::optional<Position>& fixed) {
   Diagnostics diagnostics;
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1) {
-      const auto line = static_cast<std::size_t>(documents[1].Mark().line) + 1;
-      diagnostics.error(fixed.value_or(Position{source, line, 1, 1}), "a second YAML document; one is expected");
-    }
-    const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
-    Value value = Converter(source, fixed).convert(root, diagnostics);
+    if (const std::optional<YAML::Mark> second = SecondDocument().find(text))
+      diagnostics.error(fixed.value_or(Position{source, static_cast<std::size_t>(second->line) + 1, 1, 1}),
+                        "a second YAML document; one is expected");
+    Value value = Converter(source, fixed).convert(YAML::Load(text), diagnostics);
     if (diagnostics.ok()) return value;
   } catch (const YAML::Exception& error) {
     const auto line = static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1;

@@ -28,6 +28,11 @@ TEST(Document, RefusesWhatYamlWouldReadSilently) {
   EXPECT_THROW(config::parse_document("a", "x: [1, 2\n"), config::ConfigurationError);
 }
 
+TEST(Document, ACommaWhereADocumentMayBeginIsAnError) {
+  for (const char* text : {",a", ", ", "- a\n, b"})
+    EXPECT_THROW(config::parse_document("a", text), config::ConfigurationError) << text;
+}
+
 TEST(Document, AliasesInAliasesDoNotFillTheMemory) {
   std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 10; ++i) {
