@@ -58,6 +58,11 @@ np.savez("objects.npz", a=np.array([[{}]], dtype=object))
   EXPECT_THAT(convert("objects.npz --as amplitude").err, HasSubstr("holds elements of type '|O'"));
   if (!python("import scipy.io\nscipy.io.savemat('text.mat', {'name': 'hello'})\n")) return;
   EXPECT_THAT(convert("text.mat --as amplitude").err, HasSubstr("no variable that is an array of real numbers"));
+  // The list of sizes of a variable, said to be 4 GB long.
+  std::string matlab = read_text(path("text.mat"));
+  matlab.replace(128 + 8 + 16 + 4, 4, "\xf4\xff\xff\xff");
+  write_text(path("text.mat"), matlab);
+  EXPECT_THAT(convert("text.mat --as amplitude").err, HasSubstr("the head of a variable has no end"));
 }
 
 TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
