@@ -107,7 +107,7 @@ double time_limit_of(const RunArguments& arguments, const UntrustedLimits& limit
   if (limit.ok() && limit.value > 0) return limit.value;
   throw config::ConfigurationError(fmt::format("--time-limit: error: '{}' {}\n         example: --time-limit '5 min'",
                                                arguments.time_limit,
-                                               limit.ok() ? "is no time above zero" : limit.problem));
+                                               limit.ok() ? "must be above zero" : limit.problem));
 }
 
 /// Folder of the pipeline's file; of a pipeline in one line the working folder.
@@ -157,6 +157,31 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   return write_statistics(arguments, *graph, result, report(*graph, result, files, common));
 }
 
+namespace {
+
+/// Runs what the command line asks for: one run, or one for each condition of a campaign.
+int run_as_asked(const RunArguments& arguments, const Common& common) {
+  if (arguments.safe) graph::use_built_in_plugins_only();
+  if (arguments.view && !arguments.campaign.empty())
+    throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
+  if (arguments.untrusted && !arguments.campaign.empty())
+    throw config::ConfigurationError("--untrusted: error: is for one run, not for a campaign");
+  if (!arguments.campaign.empty()) return run_campaign(arguments, common);
+  if (!arguments.out.empty())
+    throw config::ConfigurationError("--out: error: is for --campaign: write the path at the sinks of the pipeline");
+  config::Value document = arguments.document();
+  if (arguments.untrusted) {
+    if (arguments.view)
+      throw config::ConfigurationError("--view: error: opens a network port, which --untrusted does not allow");
+    refuse_reach(document);
+    restrict_process({});
+  }
+  if (arguments.view) document = with_view(std::move(document), {}, common);
+  return run_once(document, arguments, common);
+}
+
+}  // namespace
+
 void add_run(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RunArguments>();
   CLI::App* command = app.add_subcommand("run", "Run a pipeline");
@@ -196,28 +221,8 @@ void add_run(CLI::App& app, Common& common) {
       ->add_option("-o,--out", arguments->out,
                    "With --campaign: the folder of the results, one folder per condition and campaign.yaml")
       ->option_text("FOLDER");
-  command->callback([arguments, &common] {
-    common.command = [arguments, &common] {
-      if (arguments->safe) graph::use_built_in_plugins_only();
-      if (arguments->view && !arguments->campaign.empty())
-        throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
-      if (arguments->untrusted && !arguments->campaign.empty())
-        throw config::ConfigurationError("--untrusted: error: is for one run, not for a campaign");
-      if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
-      if (!arguments->out.empty())
-        throw config::ConfigurationError(
-            "--out: error: is for --campaign: write the path at the sinks of the pipeline");
-      config::Value document = arguments->document();
-      if (arguments->untrusted) {
-        if (arguments->view)
-          throw config::ConfigurationError("--view: error: opens a network port, which --untrusted does not allow");
-        refuse_reach(document);
-        restrict_process({});
-      }
-      if (arguments->view) document = with_view(std::move(document), {}, common);
-      return run_once(document, *arguments, common);
-    };
-  });
+  command->callback(
+      [arguments, &common] { common.command = [arguments, &common] { return run_as_asked(*arguments, common); }; });
 }
 
 }  // namespace tofgraph::cli
