@@ -21,6 +21,13 @@ class SmallConversion : public testing::Test {
   Outcome convert(const std::string& arguments) const {
     return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
   }
+  /// Debian's own Python, for which bootstrap installs NumPy and SciPy. @returns whether it could run
+  bool python(const std::string& script) const {
+    write_text(path("write.py"), "import numpy as np\n" + script);
+    const Outcome outcome = shell("/usr/bin/python3 write.py", folder_.path());
+    EXPECT_TRUE(outcome.exit_code == 0 || outcome.err.find("ModuleNotFoundError") != std::string::npos) << outcome.err;
+    return outcome.exit_code == 0;
+  }
   /// All frames of a channel of the capture.
   template <class T> std::vector<T> frames(const std::string& channel) const {
     return raw_values<T>(path("out.h5"), "/frames/" + channel);

@@ -41,6 +41,8 @@ void print_array(const ForeignFile& file, std::size_t index) {
   const ValueRange range = range_of(file, index);
   if (range.found) fmt::print(" {:.6g} to {:.6g}", range.low, range.high);
   fmt::print("{}, {:.0f} % zeros", range.found ? "" : " nothing above 0", 100 * range.zeros);
+  if (range.negative > 0) fmt::print(", {:.2g} % negative", 100 * range.negative);
+  if (range.no_numbers > 0) fmt::print(", {:.2g} % NaN or infinite", 100 * range.no_numbers);
   if (!array.unit.empty()) fmt::print(", in {}", array.unit);
   if (!array.text.empty()) fmt::print("  ({})", array.text);
   fmt::print("\n");

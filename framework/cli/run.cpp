@@ -16,7 +16,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace tofgraph::cli {
 namespace {
@@ -98,6 +100,16 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
   return result.dropped != 0 && !loss_allowed ? failed : done;
 }
 
+/// Time after which the run is ended, s; infinite: never. @throws config::ConfigurationError
+double time_limit_of(const RunArguments& arguments, const UntrustedLimits& limits) {
+  if (arguments.time_limit.empty()) return arguments.untrusted ? limits.time : std::numeric_limits<double>::infinity();
+  const config::Quantity limit = config::parse_quantity(arguments.time_limit, "s");
+  if (limit.ok() && limit.value > 0) return limit.value;
+  throw config::ConfigurationError(fmt::format("--time-limit: error: '{}' {}\n         example: --time-limit '5 min'",
+                                               arguments.time_limit,
+                                               limit.ok() ? "must be above zero" : limit.problem));
+}
+
 /// Folder of the pipeline's file; of a pipeline in one line the working folder.
 std::filesystem::path folder_of(const RunArguments& arguments) {
   std::error_code error;
@@ -111,11 +123,14 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   if (const std::string problem = statistics_problem(arguments); !problem.empty())
     throw config::ConfigurationError(problem);
   if (arguments.validate) graph::set_validating();
+  const UntrustedLimits limits;
+  const double seconds = time_limit_of(arguments, limits);
+  std::optional<TimeLimit> time;
+  if (std::isfinite(seconds)) time.emplace(seconds);
   const auto graph = build(document, arguments, common, arguments.force);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }
-  const UntrustedLimits limits;
   if (arguments.untrusted) refuse_outputs_outside(*graph, folder_of(arguments));
   const WrittenFiles files(*graph);
   graph::RunOptions options;
@@ -127,18 +142,45 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   graph::RunResult result;
   {
     const Watch watch(runner, common.quiet);
-    std::optional<TimeLimit> time;
-    if (arguments.untrusted) time.emplace(runner, limits.time);
     result = runner.run();
-    if (time && time->reached() && result.error.empty())
-      result.error = fmt::format("stopped after {}, the limit of --untrusted; the frames up to here are complete",
-                                 config::format_quantity(static_cast<double>(limits.time.count()), "s"));
   }
-  if (arguments.untrusted && arguments.frames == 0 && result.frames == limits.frames)
-    result.warnings.push_back(
-        fmt::format("stopped after {} frames, the limit of --untrusted; --frames N sets another", limits.frames));
+  if (time && time->reached() && result.interrupted && result.error.empty())
+    result.error = fmt::format("stopped after {}, the limit of {}; the frames up to here are complete",
+                               config::format_quantity(seconds, "s"),
+                               arguments.time_limit.empty() ? "--untrusted" : "--time-limit");
+  if (arguments.untrusted && arguments.frames == 0 && result.frames + result.dropped >= limits.frames &&
+      result.error.empty())
+    result.error = fmt::format(
+        "stopped after {} frames, the limit of --untrusted; the frames up to here are complete\n"
+        "         --frames N sets another limit",
+        limits.frames);
   return write_statistics(arguments, *graph, result, report(*graph, result, files, common));
 }
+
+namespace {
+
+/// Runs what the command line asks for: one run, or one for each condition of a campaign.
+int run_as_asked(const RunArguments& arguments, const Common& common) {
+  if (arguments.safe) graph::use_built_in_plugins_only();
+  if (arguments.view && !arguments.campaign.empty())
+    throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
+  if (arguments.untrusted && !arguments.campaign.empty())
+    throw config::ConfigurationError("--untrusted: error: is for one run, not for a campaign");
+  if (!arguments.campaign.empty()) return run_campaign(arguments, common);
+  if (!arguments.out.empty())
+    throw config::ConfigurationError("--out: error: is for --campaign: write the path at the sinks of the pipeline");
+  config::Value document = arguments.document();
+  if (arguments.untrusted) {
+    if (arguments.view)
+      throw config::ConfigurationError("--view: error: opens a network port, which --untrusted does not allow");
+    refuse_reach(document);
+    restrict_process({});
+  }
+  if (arguments.view) document = with_view(std::move(document), {}, common);
+  return run_once(document, arguments, common);
+}
+
+}  // namespace
 
 void add_run(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RunArguments>();
@@ -160,9 +202,13 @@ void add_run(CLI::App& app, Common& common) {
   command->add_flag("--validate", arguments->validate,
                     "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--safe", arguments->safe, "Run without plugins that did not come with the program");
+  command
+      ->add_option("--time-limit", arguments->time_limit,
+                   "End the run after this time, e.g. '5 min', with exit code 1; the frames up to then are complete")
+      ->option_text("TIME");
   command->add_flag("--untrusted", arguments->untrusted,
                     "For a pipeline of somebody else: outputs in its own folder only, no other plugins, devices or "
-                    "ports, at most 4 GB of memory, 10000 frames (--frames) and 10 minutes");
+                    "ports, at most 4 GB of memory, 10000 frames (--frames) and 10 minutes (--time-limit)");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->add_flag("--view", arguments->view,
                     "Show every node in the web browser, at http://localhost:8765; other settings: --set "
@@ -175,26 +221,8 @@ void add_run(CLI::App& app, Common& common) {
       ->add_option("-o,--out", arguments->out,
                    "With --campaign: the folder of the results, one folder per condition and campaign.yaml")
       ->option_text("FOLDER");
-  command->callback([arguments, &common] {
-    common.command = [arguments, &common] {
-      if (arguments->safe) graph::use_built_in_plugins_only();
-      if (arguments->view && !arguments->campaign.empty())
-        throw config::ConfigurationError("--view: error: is for one run, not for a campaign");
-      if (arguments->untrusted && !arguments->campaign.empty())
-        throw config::ConfigurationError("--untrusted: error: is for one run, not for a campaign");
-      if (!arguments->campaign.empty()) return run_campaign(*arguments, common);
-      if (!arguments->out.empty())
-        throw config::ConfigurationError(
-            "--out: error: is for --campaign: write the path at the sinks of the pipeline");
-      config::Value document = arguments->document();
-      if (arguments->untrusted) {
-        refuse_devices(document);
-        restrict_process({});
-      }
-      if (arguments->view) document = with_view(std::move(document), {}, common);
-      return run_once(document, *arguments, common);
-    };
-  });
+  command->callback(
+      [arguments, &common] { common.command = [arguments, &common] { return run_as_asked(*arguments, common); }; });
 }
 
 }  // namespace tofgraph::cli

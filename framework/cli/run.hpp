@@ -13,7 +13,7 @@ namespace tofgraph::cli {
 struct RunArguments : PipelineArguments {
   std::uint64_t frames = 0;  ///< at most; 0: all
   unsigned threads = 0;      ///< 0: one per core
-  std::string stats;
+  std::string stats, time_limit;
   std::string campaign, out;  ///< a campaign file and the folder of its results; empty: one run
   bool force = false, validate = false;
   bool safe = false;       ///< without plugins of others

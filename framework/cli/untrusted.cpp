@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/untrusted.hpp"
+#include "cli/watch.hpp"
 #include "config/process_limits.hpp"
+#include "config/quantity.hpp"
 #include "graph/plugin.hpp"
 #include "io/output_file.hpp"
 
@@ -9,15 +11,25 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
 
 namespace tofgraph::cli {
 namespace {
 
-/// Returns whether a path lies in a folder; both may contain links, and need not exist.
+/// Returns whether a path lies in a folder and no part of it below the folder is a link, which may point anywhere, also
+/// to what an earlier node has yet to make.
 bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
-  const std::filesystem::path inner = std::filesystem::weakly_canonical(path),
-                              outer = std::filesystem::weakly_canonical(folder);
-  return std::ranges::mismatch(outer, inner).in1 == outer.end();
+  const std::filesystem::path outer = std::filesystem::absolute(folder / "").lexically_normal().parent_path(),
+                              inner = std::filesystem::absolute(path).lexically_normal();
+  const auto [rest, below] = std::ranges::mismatch(outer, inner);
+  if (rest != outer.end()) return false;
+  std::filesystem::path part = outer;
+  return std::none_of(below, inner.end(), [&part](const std::filesystem::path& name) {
+    std::error_code error;
+    return std::filesystem::is_symlink(part /= name, error);
+  });
 }
 
 }  // namespace
@@ -27,7 +39,7 @@ void restrict_process(const UntrustedLimits& limits) {
   config::limit_process({.memory = limits.memory});
 }
 
-void refuse_devices(const config::Value& pipeline) {
+void refuse_reach(const config::Value& pipeline) {
   constexpr std::array<std::string_view, 2> reach_beyond_files = {"camcube", "live_view"};
   config::Diagnostics diagnostics;
   const config::Entry* nodes = pipeline.find("nodes");
@@ -38,6 +50,10 @@ void refuse_devices(const config::Value& pipeline) {
           stage->value.at,
           fmt::format("'{}' opens a device or a network port, which --untrusted does not allow", stage->value.text),
           "if you trust the pipeline, run it without --untrusted");
+    const config::Entry* overwrite = node.find("overwrite");
+    if (overwrite != nullptr && overwrite->value.text != "false")
+      diagnostics.error(overwrite->at, "--untrusted does not allow a pipeline to replace files by itself",
+                        "take it out; --force on the command line replaces existing outputs");
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
@@ -54,26 +70,25 @@ void refuse_outputs_outside(const graph::Graph& graph, const std::filesystem::pa
   }
 }
 
-TimeLimit::TimeLimit(graph::Runner& runner, std::chrono::seconds limit)
-    : thread_([this, &runner, limit] {
-        std::unique_lock lock(mutex_);
-        if (ended_.wait_for(lock, limit, [this] { return over_; })) return;
+TimeLimit::TimeLimit(double limit)
+    : thread_([this, limit](const std::stop_token& stop) {
+        constexpr double grace = 10;  // s
+        std::mutex mutex;
+        std::condition_variable_any ended;
+        std::unique_lock lock(mutex);
+        const auto passes = [&](double seconds) {
+          return !ended.wait_for(lock, stop, std::chrono::duration<double>(seconds), [] { return false; }) &&
+                 !stop.stop_requested();
+        };
+        if (!passes(limit)) return;
         reached_ = true;
-        runner.stop();
+        signals = 1;
+        if (!passes(grace)) return;
+        print_message(
+            fmt::format("error: the run did not end within {} after its limit of {}: ended at once, its outputs "
+                        "may be incomplete",
+                        config::format_quantity(grace, "s"), config::format_quantity(limit, "s")));
+        syscall(SYS_exit_group, 1);
       }) {}
-
-TimeLimit::~TimeLimit() {
-  {
-    const std::scoped_lock lock(mutex_);
-    over_ = true;
-  }
-  ended_.notify_all();
-  thread_.join();
-}
-
-bool TimeLimit::reached() const {
-  const std::scoped_lock lock(mutex_);
-  return reached_;
-}
 
 }  // namespace tofgraph::cli

@@ -5,13 +5,10 @@
 
 #include "config/document.hpp"
 #include "graph/graph.hpp"
-#include "graph/runner.hpp"
 
-#include <chrono>
-#include <condition_variable>
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <mutex>
 #include <thread>
 
 namespace tofgraph::cli {
@@ -20,32 +17,30 @@ namespace tofgraph::cli {
 struct UntrustedLimits {
   std::size_t memory = std::size_t{4} << 30U;  ///< bytes beyond those of the program at its start
   std::uint64_t frames = 10000;                ///< unless the user states another number
-  std::chrono::seconds time{600};              ///< of the run, wall clock
+  double time = 600;  ///< s, wall clock, reading the inputs included; unless the user states another
 };
 
 /// Leaves this process built-in plugins only, and at most so much more memory.
 void restrict_process(const UntrustedLimits& limits);
 
-/// @throws config::ConfigurationError a stage that reaches beyond files: a device, a network port; with its place
-void refuse_devices(const config::Value& pipeline);
+/// @throws config::ConfigurationError a stage that reaches beyond files (a device, a network port), and a sink that
+/// would replace files by itself (`overwrite: true`); with their places
+void refuse_reach(const config::Value& pipeline);
 
-/// @throws config::ConfigurationError the first node with an output outside the folder, links followed
+/// @throws config::ConfigurationError the first node with an output outside the folder, or behind a link in it
 void refuse_outputs_outside(const graph::Graph& graph, const std::filesystem::path& folder);
 
-/// Timer that ends a run in order.
+/// Ends a run after some time, also while it waits for an input: asks it like an interrupt does, and ends the process
+/// with exit code 1 if it has not ended 10 s later.
 class TimeLimit {
  public:
-  TimeLimit(graph::Runner& runner, std::chrono::seconds limit);
-  ~TimeLimit();
-  TimeLimit(const TimeLimit&) = delete;
-  TimeLimit& operator=(const TimeLimit&) = delete;
-  bool reached() const;
+  /// @param limit s, of this object's life
+  explicit TimeLimit(double limit);
+  bool reached() const { return reached_; }
 
  private:
-  mutable std::mutex mutex_;
-  std::condition_variable ended_;
-  bool over_ = false, reached_ = false;
-  std::thread thread_;
+  std::atomic<bool> reached_ = false;
+  std::jthread thread_;
 };
 
 }  // namespace tofgraph::cli

@@ -108,21 +108,23 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
   const FileArray& array = file.arrays()[index];
   ValueRange range{.low = std::numeric_limits<double>::infinity()};
   if (array.elements() == 0) return range;
-  count = std::min(count, array.extent[0]);
   constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // what is looked at for a message
+  const bool one_image = array.extent.size() <= 2 && array.elements() * array.bytes <= max_bytes;
+  count = one_image ? array.extent[0] : std::min(count, array.extent[0]);
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
-  double zeros = 0;
   const std::vector<double> values = numbers_of(array, bytes);
+  const double share = 1 / static_cast<double>(values.size());
   for (const double value : values) {
-    zeros += value == 0 ? 1 : 0;
+    range.zeros += value == 0 ? share : 0;
+    range.negative += std::isfinite(value) && value < 0 ? share : 0;
+    range.no_numbers += std::isfinite(value) ? 0 : share;
     if (!std::isfinite(value) || value <= 0 || value >= largest_of(array)) continue;
     range.low = std::min(range.low, value);
     range.high = std::max(range.high, value);
     range.found = true;
   }
-  range.zeros = zeros / static_cast<double>(values.size());
   return range;
 }
 

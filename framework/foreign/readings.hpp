@@ -22,10 +22,10 @@ bool is_scattered(const std::vector<Axis>& axes);
 /// Smallest and largest value of the first elements of an array that are finite, positive and not the type's largest.
 struct ValueRange {
   double low = 0, high = 0;
-  double zeros = 0;  ///< share of the elements
+  double zeros = 0, negative = 0, no_numbers = 0;  ///< shares of the elements; no number: NaN and infinities
   bool found = false;
 };
-/// @param count of the slowest axis, at most
+/// @param count of the slowest axis, at most; an array of two axes, one image, is looked at as a whole
 ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);
 /// Elements of an array as double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);

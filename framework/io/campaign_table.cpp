@@ -153,6 +153,7 @@ class TableReader {
 
   /// A centred window of 2 v pixels, as the published tables have them: columns w/2 - v .. w/2 + v - 1.
   void narrow(Condition& condition, double half, bool across) const {
+    if (!campaign_.camera) return;  // its mistake is reported
     const tofgraph_camera& camera = campaign_.camera->view();
     if (!condition.roi) condition.roi = Roi{0, camera.width - 1, 0, camera.height - 1};
     const std::uint32_t middle = (across ? camera.width : camera.height) / 2;
@@ -163,7 +164,6 @@ class TableReader {
 
   /// Why a number cannot be, or nothing.
   std::string range_problem(const std::string& key, double value) const {
-    const tofgraph_camera& camera = campaign_.camera->view();
     if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
     if ((key == "measured_depth" || key == "measured_distance") && !is_valid_length(static_cast<float>(value)))
       return "is not a length: it must be positive; an empty cell means unknown";
@@ -172,7 +172,8 @@ class TableReader {
     if ((key == "measured_depth_sd" || key == "count" || key == "time_since_power_on") && value < 0)
       return "must not be negative";
     if (key == "frames" && !(value >= 1 && value == std::floor(value))) return "must be a whole number from 1 on";
-    if (key.starts_with("roi_half")) {
+    if (key.starts_with("roi_half") && campaign_.camera) {
+      const tofgraph_camera& camera = campaign_.camera->view();
       const std::uint32_t most = (key == "roi_half_width" ? camera.width : camera.height) / 2;
       if (!(value >= 1 && value <= most && value == std::floor(value)))
         return fmt::format("must be a whole number of pixels from 1 to {}", most);

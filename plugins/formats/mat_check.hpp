@@ -19,7 +19,8 @@ namespace tofgraph {
 
 class MatCheck {
  public:
-  /// @throws std::runtime_error a numeric variable whose values are of an unknown type or another number than announced
+  /// @throws std::runtime_error a variable whose head is longer than itself, or a numeric one whose values are of an
+  /// unknown type or another number than announced
   explicit MatCheck(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
     const auto size = static_cast<std::uint64_t>(in_.tellg());
     std::vector<std::uint8_t> head = bytes(0, 128);
@@ -78,6 +79,8 @@ class MatCheck {
   /// Parts of a variable: flags, sizes, name, values.
   void check(const Bytes& matrix) const {
     std::uint64_t at = 0, expected = 1;
+    std::uint32_t kind = 0;
+    constexpr std::uint32_t first_numeric = 6, last_numeric = 15;
     for (int part = 0; part < 4; ++part) {
       if (at + 8 > matrix.size()) return;  // libmatio reports it
       const std::uint32_t tag = number(matrix, at);
@@ -85,12 +88,10 @@ class MatCheck {
       const std::uint32_t type = small ? tag & 0xffffU : tag, length = small ? tag >> 16U : number(matrix, at + 4);
       const std::uint64_t data = at + (small ? 4 : 8);
       if (part == 3) return check_values(type, length, expected);
-      if (data + length > matrix.size()) return;
-      if (part == 0) {
-        constexpr std::uint32_t first_numeric = 6, last_numeric = 15;
-        const std::uint32_t kind = length >= 4 ? number(matrix, data) & 0xffU : 0;
-        if (kind < first_numeric || kind > last_numeric) return;
-      }
+      // libmatio would allocate this length before it reads.
+      if (data + length > matrix.size()) throw std::runtime_error("is damaged: the head of a variable has no end");
+      if (part == 0) kind = length >= 4 ? number(matrix, data) & 0xffU : 0;
+      if (kind == 0 || kind > last_numeric || (part == 2 && kind < first_numeric)) return;
       for (std::uint32_t i = 0; part == 1 && i + 4 <= length; i += 4) {
         const std::uint64_t extent = number(matrix, data + i);
         if (extent != 0 && expected > (std::uint64_t{1} << 40U) / extent)

@@ -83,12 +83,24 @@ struct Npz final : FileFormat {
     member.file.reset();
   }
 
+  /// Deflate reaches 1032 with zeros alone; measured values compress less than tenfold.
+  static void refuse_bomb(const zip_stat_t& about, const std::string& name) {
+    constexpr zip_uint64_t large = zip_uint64_t{1} << 30U, most = 200;
+    if ((about.valid & ZIP_STAT_COMP_SIZE) == 0 || about.size < large || about.size / most < about.comp_size) return;
+    throw std::runtime_error(
+        "has the member '" + name + "' of " + std::to_string(about.comp_size) + " bytes, which would become " +
+        std::to_string(about.size) + ", over " + std::to_string(most) +
+        " times as many: no measurement compresses so far. If it is meant, unpack the archive, and "
+        "read the .npy file");
+  }
+
   void add_member(zip_uint64_t index) {
     zip_stat_t about;
     if (zip_stat_index(archive_.get(), index, 0, &about) != 0 || (about.valid & ZIP_STAT_SIZE) == 0)
       throw std::runtime_error("is a damaged archive");
     std::string name = about.name;
     if (!name.ends_with(".npy")) return;
+    refuse_bomb(about, name);
     Member member{.index = index};
     reopen(member);
     std::string head(std::min<std::uint64_t>(about.size, 66000), '\0');

@@ -101,7 +101,8 @@ struct FileReader final : Source {
       const std::size_t pixels = std::size_t{frames_->camera().width} * frames_->camera().height;
       if (refused.count > 0)
         warn(refused.sentence(channel.name, next_ * pixels, config::counted(next_, "frame")) +
-             "; if that is what they mean, say so, e.g. invalid: [0]");
+             "; if that is what they mean, say so, e.g. " +
+             (refused.zero == refused.count ? "invalid: [0]" : "invalid: [-1]"));
     }
   }
 

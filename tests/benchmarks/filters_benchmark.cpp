@@ -144,6 +144,51 @@ void scalar_nine_images(benchmark::State& state) {
 }
 BENCHMARK(scalar_nine_images)->Unit(benchmark::kMillisecond);
 
+/// The decoding formula of libfreenect2 (Kinect v2) by hand: unwrapping by rounded differences of the phases in the
+/// units 1/3, 1/15 and 1/2 of the common range, and their distance from the line of equal distances as confidence.
+void libfreenect2_formula(benchmark::State& state) {
+  const std::vector<float> phases = nine_phases<float>();
+  constexpr std::size_t n = vga_rows * vga_columns;
+  constexpr float waves[] = {3, 15, 2}, two_pi = 6.2831853F;       // 80, 16, 120 MHz
+  const auto metres = static_cast<float>(299792458.0 / 2 / 72e6);  // a turn of the mean frequency
+  std::vector<float> distance(n), amplitude(n);
+  float worst = 0;
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < n; ++i) {
+      float t[3], light = 0;
+      for (std::size_t b = 0; b < 3; ++b) {
+        const float* c = &phases[3 * b * n + i];
+        const float x = (2 * c[0] - c[n] - c[2 * n]) / 3, y = (c[2 * n] - c[n]) / 1.7320508F;
+        float psi = std::atan2(y, x);
+        if (psi < 0) psi += two_pi;
+        t[b] = psi / two_pi * waves[b];
+        light += std::sqrt(x * x + y * y) / 3;
+      }
+      float first = std::floor((t[1] - t[0]) / 3 + 0.5F) * 3 + t[0], second = t[1];
+      const float apart = first - t[2], half = std::abs(apart) / 2, part = 2 * (half - std::floor(half));
+      if (part > 0.5F && part < 1.5F) {  // the third says that the range was left once
+        first += 15;
+        second += 15;
+      }
+      const float third = (std::floor((first - t[2]) / 2 + 0.5F) * 2 + t[2]) / 2;
+      first /= 3;
+      second /= 15;
+      const float u = two_pi * (third * 0.551318F - first * 0.826977F),
+                  v = two_pi * (first * 0.110264F - second * 0.551318F),
+                  w = two_pi * (second * 0.826977F - third * 0.110264F);
+      const float mean = (first + second + third) / 3;
+      distance[i] = u * u + v * v + w * w < 1 && mean > 0 ? metres * mean : 0;
+      amplitude[i] = light;
+    }
+    benchmark::DoNotOptimize(distance.data());
+    benchmark::ClobberMemory();
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    worst = std::max(worst, std::abs(distance[i] - 0.3F - 18 * static_cast<float>(i) / n));
+  if (!(worst < 1e-3F)) state.SkipWithError("a decoded distance is off by more than 1 mm");
+}
+BENCHMARK(libfreenect2_formula)->Unit(benchmark::kMillisecond);
+
 std::vector<float> distances() {
   const auto geometry = physics::geometry_of(camera().view);
   std::vector<float> values(pixels);

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Injects faults into running pipelines and checks what is left: every frame is written or counted as lost, files with
-their final names are whole, and recordings open in h5py and h5dump.
+"""Injects faults into running pipelines and checks what is left: files with their final names are whole, recordings open
+in h5py and h5dump, and a run that ends by itself or by a signal has written every frame or counted it as lost.
 
     tests/endurance/faults.py --build build --faults 1000 [--seed 1] [--only KIND]
 
@@ -71,7 +71,11 @@ class Run:
             time.sleep(0.005)
 
     def end(self):
-        self.errors = self.process.communicate(timeout=120)[1]
+        try:
+            self.errors = self.process.communicate(timeout=120)[1]
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
         return self.process.returncode
 
     def frames_of(self, name):
@@ -121,7 +125,7 @@ def killed(run, rng):
     run.process.send_signal(signal.SIGKILL)
     require(run.end() == -signal.SIGKILL, "it had ended before")
     require(not (run.out / "taken.h5").exists(), "a recording that was not finished has its final name")
-    run.frames_of("taken.h5.part")
+    require(run.frames_of("taken.h5.part") is not None, "there is no recording")
     run.clouds()
 
 
@@ -184,6 +188,7 @@ def little_memory(run, rng):
     if code == 0:
         require(run.frames_of("taken.h5") == 40, "frames are missing after exit code 0")
     else:
+        require(code in (1, 2), f"exit code {code}: {run.errors[-300:]}")
         require(run.errors.strip(), f"exit code {code} without a word")
 
 

@@ -13,6 +13,7 @@
 #include "simulation/files/model.hpp"
 #include "simulation/files/scene_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -94,7 +95,9 @@ void units(std::string_view bytes) {
   const std::size_t end = bytes.find('\n');
   if (end == std::string_view::npos) return;
   constexpr std::string_view known[] = {"m", "s", "Hz", "rad", "K", "counts", "m/s", "counts m^2/s", "1/m", ""};
-  const std::string_view unit = known[end == 0 ? 0 : static_cast<unsigned char>(bytes[0]) % std::size(known)];
+  const auto* const unit_at = std::ranges::find(known, bytes.substr(0, end));
+  if (unit_at == std::end(known)) return;
+  const std::string_view unit = *unit_at;
   const std::string_view text = bytes.substr(end + 1);
   config::parse_scale(text, unit);
   const config::Quantity read = config::parse_quantity(text, unit);

@@ -6,6 +6,7 @@
 #include "io/captures/capture.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/draws.hpp"
+#include "tests/hidden_effects/lab_limit.hpp"
 #include "tests/hidden_effects/plain_geometry.hpp"
 
 #include <tofgraph/array.hpp>
@@ -202,6 +203,16 @@ void write_layout(const fs::path& file, int side) {
       file_header, frame_header, side, side);
 }
 
+/// The least noise of each recording, for those who judge: rows of `shot` and `all`, in m.
+void write_limits(const fs::path& file, const Physics& physics, const std::vector<Shot>& shots,
+                  const std::vector<Defect>& defects) {
+  std::ofstream out(file);
+  for (const Shot& shot : shots) {
+    const NoiseLimit limit = noise_limit(physics, shot.view, defects);
+    out << fmt::format("{} {}\n", limit.shot, limit.all);
+  }
+}
+
 /// Writes one campaign after the other, each with noise of its own.
 class Recorder {
  public:
@@ -391,6 +402,7 @@ void LabCamera::record_all(const fs::path& folder, const std::string& camera, bo
   record("pattern", pattern_boards(), true);
   record("offset", rail(), true);
   record("new", new_surfaces(), false);
+  write_limits(folder / "new_limits.txt", physics_, new_surfaces(), defects_);
   record("cold", cold_surfaces(), false);
   record("corner", corner(), false);
 }

@@ -21,7 +21,8 @@ class LabCamera {
   LabCamera(int side, std::uint64_t seed, NoiseKind noise);
 
   /// Writes the profile `lab.yaml` as a data sheet states it, and a folder each with campaign.yaml and captures: lens,
-  /// noise, response, warm, pattern, offset (what is calibrated from), and new, cold, corner (what is judged by).
+  /// noise, response, warm, pattern, offset (what is calibrated from), and new, cold, corner (what is judged by);
+  /// new_limits.txt: the least noise of each recording of `new`.
   /// @param camera as the campaigns name it @param foreign raw dumps (NAME.raw in place of NAME.h5) and layout.yaml,
   /// from which `tofgraph convert` makes the captures
   void record_all(const std::filesystem::path& folder, const std::string& camera, bool foreign) const;

@@ -28,6 +28,7 @@ TEST(LabTrial, ADirtyCameraIsCalibratedFromRawDumpsToClouds) {
   EXPECT_LE(result["corner"].get<double>(), 0.3) << "deg";
   EXPECT_LE(result["cold"].get<double>(), 1) << "mm";
   EXPECT_LE(std::abs(result["sigma"].get<double>()), 10) << "% of the real spread";
+  EXPECT_LE(std::abs(result["above_limit"].get<double>()), 10) << "% above the closed form of shot and read noise";
   EXPECT_LE(result["slowest"].get<double>(), 60) << "s";
 }
 

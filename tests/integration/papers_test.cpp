@@ -3,6 +3,8 @@
 // The pipelines that correct: three papers, before and after.
 #include "tests/program.hpp"
 
+#include <pcl/io/pcd_io.h>
+#include <pcl/point_types.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -56,6 +58,27 @@ TEST_F(Papers, FullCorrectionBringsThemThereToo) {
     EXPECT_NEAR(after, real, 2e-3) << name << ": the offset looks at the amplitude, in which the leaked light stays";
   }
   EXPECT_TRUE(fs::exists(folder / "out/full_correction/cloud_000001.pcd"));
+}
+
+/// From a file, with a calibrated lens in the place of the model's.
+TEST_F(Papers, FullChainBringsThemThereToo) {
+  const Outcome made = shell("\"$TOFGRAPH\" simulate scenes/papers_while_warming.yaml -o out/full_chain.h5", folder);
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome outcome = run("full_chain.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  pcl::PointCloud<pcl::PointXYZI> points;
+  ASSERT_EQ(pcl::io::loadPCDFile((folder / "out/full_chain/cloud_000001.pcd").string(), points), 0);
+  const struct {
+    std::uint32_t first, last;  // columns
+    double depth;
+  } papers[] = {{20, 30, 2}, {96, 108, 2.5}, {165, 185, 4}};
+  for (const auto& paper : papers) {
+    double sum = 0, count = 0;
+    for (std::uint32_t row = 90; row <= 113; ++row)
+      for (std::uint32_t column = paper.first; column <= paper.last; ++column, ++count)
+        sum += double{points.at(column, row).z};
+    EXPECT_NEAR(sum / count, paper.depth - 0.0128, 2e-3);  // points count from the lens centre
+  }
 }
 
 }  // namespace

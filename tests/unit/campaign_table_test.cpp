@@ -127,6 +127,17 @@ table:
   EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("t.yaml:6:21: error: 'integration_time' is"));
 }
 
+TEST(Campaign, ATableOfAnUnknownCameraIsReadForItsOtherMistakes) {
+  const TemporaryFolder folder;
+  write_text(folder.path() / "t.csv", "m\n501\n");
+  write_text(folder.path() / "c.yaml",
+             "campaign: 1\ncamera: camcube0\ntable:\n  file: t.csv\n  distance: 500 mm\n"
+             "  measured_depth: {column: m, unit: mm}\n  roi_half_width: 4\n  frames: -3\n");
+  const std::string text = mistakes(folder.path() / "c.yaml");
+  EXPECT_THAT(text, testing::HasSubstr("camcube0"));
+  EXPECT_THAT(text, testing::HasSubstr("c.yaml:8:11: error:"));
+}
+
 TEST(Campaign, SeveralAreJoined) {
   const TemporaryFolder folder;
   const auto table = [&](const std::string& name, const std::string& more) {

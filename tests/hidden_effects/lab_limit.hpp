@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file The least noise that one frame of the independent camera can have, in closed form.
+#pragma once
+
+#include "tests/hidden_effects/defects.hpp"
+#include "tests/hidden_effects/plain_camera.hpp"
+
+#include <vector>
+
+namespace tofgraph::hidden {
+
+/// Standard deviations of the depth of a board, root mean square over the pixels without a defect, m.
+struct NoiseLimit {
+  double shot;  ///< by the shot noise of the expected taps alone
+  double all;   ///< by shot noise and read noise
+};
+NoiseLimit noise_limit(const Physics& physics, const View& view, const std::vector<Defect>& defects);
+
+}  // namespace tofgraph::hidden
