@@ -151,9 +151,9 @@ class WarmUpReport {
                 rows);
     page_.paragraph(
         "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term where the data demand it. "
-        "Uncertainties are standard deviations; they allow for errors that hang together from one point to the next. "
+        "Uncertainties are standard deviations; they allow for correlated errors of successive points. "
         "Mean and standard deviation are over the time of the whole recording, of the reported window, as in table 3.1 "
-        "of the reference: each point counts for the time that it stands for, also where the points are dense.");
+        "of the reference: the weights are those of the trapezoidal rule, so that dense points do not count more.");
   }
 
   void held_out() {

@@ -116,6 +116,10 @@ struct Statistics final : Sink {
     for (const char* name : {"all", "flat", "edge"}) {
       if (*part == name || *part == "each") input.parts.push_back({name, {}, {}});
     }
+    if (*part != "all" && input.unit != "m")
+      throw ConfigError("part", fmt::format("edges are steps of a length; '{}' is in {}: write channel: depth, or "
+                                            "part: all",
+                                            input.channel, input.unit.empty() ? "no unit" : input.unit));
     check_unit(*found);
     const std::uint64_t height = found->extent[0], width = found->extent[1];
     if (reference.given()) check_reference(stream, *found);
@@ -141,9 +145,12 @@ struct Statistics final : Sink {
       for (const tofgraph_channel& c :
            Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
         names.emplace_back(c.name);
-      throw ConfigError("channel", fmt::format("there is no {}; what arrives from '{}' has {}",
-                                               channel.given() ? "'" + *channel + "'" : "depth, range or distance",
-                                               stream.node, fmt::join(names, ", ")));
+      const bool chosen = channel.given();
+      throw ConfigError(
+          "channel",
+          fmt::format("there is no {}; what arrives from '{}' has {}{}",
+                      chosen ? "'" + *channel + "'" : "depth, range or distance", stream.node, fmt::join(names, ", "),
+                      chosen ? "" : ": a decoder above makes distance, e.g. four_phase_decoder"));
     }
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2)
       throw ConfigError("channel", fmt::format("'{}' is no image of float32 numbers", found->name));

@@ -146,7 +146,7 @@ class Box {
 /// are four neighbours that are valid.
 class Surface {
  public:
-  /// @param heights of the pixels, 0 to 1; NaN: invalid
+  /// @param heights of the pixels, 0 to 1; not finite: invalid
   /// @param levels of their colours: from 0 to 1 the scale, beyond the colour of its end
   Surface(const cv::Mat& heights, const cv::Mat& levels, const cv::Point3d& box)
       : heights_(heights), levels_(levels), box_(box) {}
@@ -170,7 +170,7 @@ class Surface {
     double level = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const float height = heights_.at<float>(around[i]);
-      if (std::isnan(height)) return;
+      if (!std::isfinite(height)) return;
       const cv::Point2d p = view({column(around[i].x), row(around[i].y), height}) * (1 << fraction_bits);
       corners[i] = cv::Point(cvRound(p.x), cvRound(p.y));
       level += std::clamp(levels_.at<float>(around[i]), 0.0F, 1.0F) / 4;
@@ -266,7 +266,7 @@ struct SurfaceWriter final : ChannelPictures {
     if (near_up) heights = 1 - heights;
     const cv::Point2d front(std::sin(*azimuth) < 0 ? -1 : 1, std::cos(*azimuth) < 0 ? -1 : 1);
     View view(*azimuth, *elevation, box);
-    const auto [unit, per_si] = shown_unit(shown);
+    const auto [unit, per_si] = shown_unit(whole);
     const cv::Rect bar(dots.width - bar_width - scale_labels_width(shown, per_si) - 12, 55, bar_width, dots.height / 3);
     constexpr int room_for_scale = 480;  // a narrower picture has its axis of values alone
     const bool with_scale = dots.width >= room_for_scale;

@@ -400,9 +400,9 @@ class Endings(unittest.TestCase):
 
         class Loop:
             "A run that only the garbage collector ends."
-            def __init__(self):
+            def __init__(self, stages=(Endless, Collects)):
                 self.itself = self
-                self.run = iter(tg.Pipeline([Endless, Collects], "camcube2"))
+                self.run = iter(tg.Pipeline(stages, "camcube2"))
                 next(self.run)
     """)
 
@@ -422,6 +422,15 @@ class Endings(unittest.TestCase):
             print("on the way")
         """)
 
+    def test_of_the_interpreter_wait_for_a_run_that_another_thread_builds(self):
+        for wait in (0, 0.01, 0.03, 0.1):
+            self.program(f"""
+                run = lambda: tg.Pipeline([Endless, Collects], "camcube2").run()
+                threading.Thread(target=run, daemon=True).start()
+                time.sleep({wait})
+                print("on the way")
+            """)
+
     def test_of_a_run_may_come_from_the_garbage_that_its_own_stage_collects(self):
         self.program("""
             for _ in range(5):
@@ -431,6 +440,42 @@ class Endings(unittest.TestCase):
                 next(run)
             print("on the way")
         """)
+
+    DISCARDED = textwrap.dedent("""
+        gc.disable()  # garbage is collected where a stage says so
+        waits, may_end = threading.Event(), threading.Event()
+
+        class Waits(tg.Filter):
+            "Waits, then collects garbage."
+            distance = tg.InOut("distance")
+            def process(self, frame):
+                if frame.number > 0:
+                    waits.set()
+                    may_end.wait()
+                    gc.collect()
+
+        others = [Loop([Endless]) for _ in range(4)]
+        Loop([Endless, Waits])
+        waits.wait()
+        tg.Pipeline([Endless, Collects], "camcube2").run(count=2)  # collects the run that waits
+    """)
+
+    def test_of_discarded_runs_that_discard_others_are_waited_for(self):
+        self.program(self.DISCARDED + textwrap.dedent("""
+            def end():
+                time.sleep(1.5)  # by then the interpreter is ending
+                may_end.set()
+            others.clear()  # garbage that the run that waits collects
+            threading.Thread(target=end, daemon=True).start()
+            print("on the way")
+        """))
+
+    def test_of_discarded_runs_do_not_hold_up_others(self):
+        self.program(self.DISCARDED + textwrap.dedent("""
+            tg.Pipeline([Endless], "camcube2").run(count=2)
+            may_end.set()
+            print("on the way")
+        """))
 
     def test_by_a_thousand_exceptions_leave_nothing_behind(self):
         self.program("""

@@ -158,6 +158,31 @@ TEST_F(SurfaceStage, LimitsCutTheColoursNotTheHeights) {
       << "a step beyond the limits is seen by its height";
 }
 
+TEST_F(SurfaceStage, APictureHasOneUnit) {
+  set(0, 19, 0, columns - 1, 0.5F);
+  set(20, rows - 1, 0, columns - 1, 1.5F);
+  const auto title = [&](const std::string& ends) { return picture(ends).rowRange(8, 30).clone(); };
+  EXPECT_EQ(cv::norm(title("minimum='600 mm' maximum='800 mm'"), title(limits), cv::NORM_INF), 0)
+      << "colours up to 0.8 m, heights up to 1.5 m: both in m";
+}
+
+TEST_F(SurfaceStage, WhatIsNotFiniteIsAHole) {
+  const auto amplitudes = [&](float odd) {
+    std::vector<float> values(rows * columns, 100.0F);
+    std::fill_n(values.begin(), columns, 200.0F);
+    values[20 * columns + 30] = odd;
+    Harness stage("surface_writer channel=amplitude overwrite=true path='" +
+                  (folder.path() / "a_{frame}.png").string() + "'");
+    stage.put<float>("amplitude", {rows, columns}, values, {.unit = "counts"});
+    stage.run();
+    return cv::imread((folder.path() / "a_0.png").string());
+  };
+  const cv::Mat hole = amplitudes(none);
+  EXPECT_GT(cv::norm(hole, amplitudes(100), cv::NORM_INF), 50);
+  for (const float infinity : {HUGE_VALF, -HUGE_VALF})
+    EXPECT_EQ(cv::norm(hole, amplitudes(infinity), cv::NORM_INF), 0) << infinity;
+}
+
 TEST_F(SurfaceStage, SaysWhatIsWrong) {
   const auto expect = [&](const std::string& name, const std::string& more, const std::string& words) {
     EXPECT_NE(why(name, more).find(words), std::string::npos) << words << " is not in: " << why(name, more);
