@@ -141,16 +141,10 @@ struct Statistics final : Sink {
       if (!channel.given() && found == nullptr) found = channel_of(stream, name);
     }
     if (found == nullptr) {
-      std::vector<std::string> names;
-      for (const tofgraph_channel& c :
-           Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
-        names.emplace_back(c.name);
-      const bool chosen = channel.given();
-      throw ConfigError(
-          "channel",
-          fmt::format("there is no {}; what arrives from '{}' has {}{}",
-                      chosen ? "'" + *channel + "'" : "depth, range or distance", stream.node, fmt::join(names, ", "),
-                      chosen ? "" : ": a decoder above makes distance, e.g. four_phase_decoder"));
+      const std::string missing = channel.given() ? "'" + *channel + "'" : "depth, range or distance",
+                        hint = channel.given() ? "" : ": a decoder above makes distance, e.g. four_phase_decoder";
+      throw ConfigError("channel", fmt::format("there is no {}; what arrives from '{}' has {}{}", missing, stream.node,
+                                               fmt::join(channel_names(stream), ", "), hint));
     }
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2)
       throw ConfigError("channel", fmt::format("'{}' is no image of float32 numbers", found->name));

@@ -27,6 +27,14 @@ inline const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::st
   return nullptr;
 }
 
+inline std::vector<std::string> channel_names(const tofgraph_stream& stream) {
+  std::vector<std::string> names;
+  for (const tofgraph_channel& c :
+       Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
+    names.emplace_back(c.name);
+  return names;
+}
+
 /// Over valid pixels. mean, sd (n - 1), rms, min and max are in metre, NaN where there are too few pixels.
 struct Summary {
   std::uint64_t count = 0;

@@ -298,20 +298,6 @@ TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("statistics path=a.txt"), "says nothing about the format: end it in .csv or .json");
   expect_words(why("statistics channel=range"), "'channel': there is no 'range'; what arrives from");
   expect_words(why("statistics value='20 counts'"), "'depth' is in m: write e.g. value: 500 mm");
-  const auto of_amplitude = [&](const std::string& more) {
-    return thrown([&] {
-      Harness stage("statistics " + more);
-      for (const char* name : {"amplitude", "true_amplitude"})
-        stage.put<float>(name, {4, 5}, std::vector<float>(20), {.unit = "counts"});
-      stage.prepare();
-    });
-  };
-  const std::string against = "channel=amplitude reference=true_amplitude part=";
-  EXPECT_EQ(of_amplitude(against + "all"), "");
-  for (const char* part : {"edge", "flat", "each"})
-    expect_words(of_amplitude(against + part),
-                 "'part': edges are steps of a length; 'amplitude' is in counts: write channel: depth, or part: all");
-  expect_words(of_amplitude(""), "has amplitude, true_amplitude: a decoder above makes distance, e.g. four_");
   write_text(path, "precious");
   expect_words(why(line()), path.string() + " already exists: --force or overwrite: true allows it to be replaced");
 }
