@@ -3,6 +3,7 @@
 #include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
 #include "cli/shell_words.hpp"
+#include "cli/time_limit.hpp"
 #include "config/diagnostics.hpp"
 #include "config/json_text.hpp"
 #include "config/quantity.hpp"
@@ -67,16 +68,6 @@ std::string command_of(const DiagnoseArguments& a) {
   return text;
 }
 
-/// s; 0: none. @throws config::ConfigurationError
-double time_limit_of(const DiagnoseArguments& arguments) {
-  if (arguments.time_limit.empty()) return 0;
-  const config::Quantity limit = config::parse_quantity(arguments.time_limit, "s");
-  if (limit.ok() && limit.value > 0) return limit.value;
-  throw config::ConfigurationError(fmt::format("--time-limit: error: '{}' {}\n         example: --time-limit '5 min'",
-                                               arguments.time_limit,
-                                               limit.ok() ? "must be greater than 0" : limit.problem));
-}
-
 /// All or nothing of them, in place of what a search before left in the folder.
 void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   io::OutputFiles files;
@@ -139,7 +130,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.skip_missing = arguments.skip_missing;
   options.other_serial = arguments.other_serial;
   options.search.max_effects = arguments.max_effects;
-  options.time_limit = time_limit_of(arguments);
+  options.time_limit = arguments.time_limit.empty() ? 0 : parse_time_limit(arguments.time_limit);
   options.confidence = arguments.confidence;
   options.shard = shard;
   options.cases = cases;

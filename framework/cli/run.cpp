@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/run.hpp"
 #include "cli/command_line.hpp"
+#include "cli/time_limit.hpp"
 #include "cli/untrusted.hpp"
 #include "cli/view.hpp"
 #include "cli/watch.hpp"
@@ -103,11 +104,7 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
 /// Time after which the run is ended, s; infinite: never. @throws config::ConfigurationError
 double time_limit_of(const RunArguments& arguments, const UntrustedLimits& limits) {
   if (arguments.time_limit.empty()) return arguments.untrusted ? limits.time : std::numeric_limits<double>::infinity();
-  const config::Quantity limit = config::parse_quantity(arguments.time_limit, "s");
-  if (limit.ok() && limit.value > 0) return limit.value;
-  throw config::ConfigurationError(fmt::format("--time-limit: error: '{}' {}\n         example: --time-limit '5 min'",
-                                               arguments.time_limit,
-                                               limit.ok() ? "must be above zero" : limit.problem));
+  return parse_time_limit(arguments.time_limit);
 }
 
 /// Folder of the pipeline's file; of a pipeline in one line the working folder.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file One HTTP connection: the page, the state of the run, changes of parameters, upgrades to WebSocket.
+/// @file HTTP connection: the page, the state of the run, changes of parameters, upgrades to WebSocket.
 #pragma once
 
 #include "live/client.hpp"

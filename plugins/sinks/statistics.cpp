@@ -151,7 +151,7 @@ struct Statistics final : Sink {
     return found;
   }
 
-  /// One sink has one unit, which that of `value` must be.
+  /// Checks that all inputs of the sink have the same unit, and that `value` is given in it.
   void check_unit(const tofgraph_channel& image) {
     if (!inputs_.empty() && inputs_[0].unit != image.unit)
       throw ConfigError("channel", fmt::format("'{}' is in '{}' and '{}' in '{}': use a sink for each",

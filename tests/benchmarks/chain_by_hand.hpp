@@ -87,7 +87,7 @@ class Chain {
     }
   }
 
-  /// One frame. @param denoise false: the cloud before the denoiser, to compare
+  /// Processes a frame. @param denoise false: the cloud before the denoiser, to compare
   void operator()(float* phases, pcl::PointCloud<pcl::PointXYZI>& cloud, bool denoise = true) const {
     cv::Mat c[4];
     for (int k = 0; k < 4; ++k) c[k] = cv::Mat(side, side, CV_32F, phases + k * side * side);

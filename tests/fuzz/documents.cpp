@@ -20,11 +20,6 @@
 namespace tofgraph::fuzz {
 namespace {
 
-const graph::PluginRegistry& plugins() {
-  static const graph::PluginRegistry registry(graph::plugin_path({}));
-  return registry;
-}
-
 /// Reads a document; the text of all mistakes is made as well, as it quotes the input.
 template <class Read> void document(std::string_view bytes, Read&& read) {
   try {

@@ -14,6 +14,11 @@
 
 namespace tofgraph::fuzz {
 
+const graph::PluginRegistry& plugins() {
+  static const graph::PluginRegistry registry(graph::plugin_path({}));
+  return registry;
+}
+
 std::filesystem::path file_of(std::string_view bytes, const std::string& name) {
   struct Folder {
     std::filesystem::path path = std::filesystem::temp_directory_path() / ("tofgraph_fuzz_" + std::to_string(getpid()));

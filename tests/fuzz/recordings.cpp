@@ -12,11 +12,6 @@
 namespace tofgraph::fuzz {
 namespace {
 
-const graph::PluginRegistry& plugins() {
-  static const graph::PluginRegistry registry(graph::plugin_path({}));
-  return registry;
-}
-
 constexpr std::uint64_t largest = 1 << 22;  // bytes that are read at once
 
 /// Opens a file as a user's, and reads the first and last element of every array of a moderate size.

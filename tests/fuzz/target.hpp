@@ -3,6 +3,8 @@
 /// @file Fuzz targets: everything that reads what somebody else wrote, fed with any bytes.
 #pragma once
 
+#include "graph/plugin.hpp"
+
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -21,6 +23,9 @@ struct Target {
 std::vector<Target> document_targets();   ///< YAML files and units
 std::vector<Target> recording_targets();  ///< captures, and files of other programs
 std::vector<Target> device_targets();     ///< a USB camera's protocol and packets, plugin descriptors, the live view
+
+/// The project's own plugins.
+const graph::PluginRegistry& plugins();
 
 /// File with these bytes in a folder of this process, overwritten by the next call.
 std::filesystem::path file_of(std::string_view bytes, const std::string& name);

@@ -16,8 +16,8 @@ namespace {
 constexpr double c_light = 299792458.0, pi = 3.14159265358979323846, frequency = 20e6;
 constexpr std::size_t rows = 90, columns = 90;
 
-/// What a decoder says of a slanted wall of dark and bright squares, whose distance rises by `rise` (m) each time that
-/// the amplitude doubles.
+/// Messages of a decoder before a slanted wall of dark and bright squares, whose distance rises by `rise` (m) each time
+/// that the amplitude doubles.
 std::string said_by(const std::string& stage, double rise) {
   const std::size_t steps = stage == "phase_decoder" ? 3 : 4;
   std::vector<tofgraph_exposure> exposures;
