@@ -274,10 +274,9 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
   add_distance_notes(result, notes);
   add_fit_notes(result, notes);
   if (result.lens.found)
-    notes.push_back(
-        fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
-                    result.lens.size, result.lens.explanation,
-                    result.views.observations.fisheye ? "" : "; try --free k3 or --free rational"));
+    notes.push_back(fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
+                                result.lens.size, result.lens.explanation,
+                                result.views.observations.fisheye ? "" : "; try --free k3 or --free rational"));
   if (result.board.found)
     notes.push_back(
         fmt::format("the board is bent otherwise than fitted: the residuals have a pattern of {:.3f} px that "
@@ -333,9 +332,10 @@ Result calibrate_intrinsics(const Request& request) {
   };
   Intrinsics result{.views = read_lens_views(campaign, progress), .options = options_of(request)};
   if (result.views.observations.fisheye && (result.options.k3 || result.options.rational))
-    refuse(request, fmt::format("--free k3 and --free rational are of OpenCV's perspective model; the profile '{}' says "
-                                "lens: fisheye, whose k1 to k4 are fitted as it is",
-                                campaign.camera->view().name));
+    refuse(request,
+           fmt::format("--free k3 and --free rational are of OpenCV's perspective model; the profile '{}' says "
+                       "lens: fisheye, whose k1 to k4 are fitted as it is",
+                       campaign.camera->view().name));
   try {
     solve(request, result);
   } catch (const std::runtime_error& problem) {

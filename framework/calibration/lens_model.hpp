@@ -10,11 +10,11 @@
 
 namespace tofgraph::calibration {
 
-/// Places of the parameters. Focal lengths and principal point in px, the others without unit. `fisheye` is never fitted:
-/// 1 selects the fisheye model, of which k1 to k4 are the four coefficients.
+/// Places of the parameters. Focal lengths and principal point in px, the others without unit. `fisheye` is never
+/// fitted: 1 selects the fisheye model, of which k1 to k4 are the four coefficients.
 namespace lens {
 enum Parameter : std::size_t { fx, fy, cx, cy, k1, k2, p1, p2, k3, skew, k4, k5, k6, fisheye, count };
-inline constexpr std::array<const char*, count> names = {"fx", "fy",   "cx", "cy", "k1", "k2", "p1",
+inline constexpr std::array<const char*, count> names = {"fx", "fy", "cx",   "cy", "k1", "k2", "p1",
                                                          "p2", "k3", "skew", "k4", "k5", "k6", "fisheye"};
 inline constexpr std::array<Parameter, 4> fisheye_powers = {k1, k2, k3, k4};
 }  // namespace lens

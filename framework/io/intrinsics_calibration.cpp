@@ -33,7 +33,8 @@ std::string read_intrinsics_calibration(const std::filesystem::path& path, tofgr
   std::ranges::fill(camera.distortion, 0.0);
   std::ranges::fill(camera.further_distortion, 0.0);
   if (fisheye)
-    set("fisheye", "", "{value: [0.02, -0.01, 0, 0], sd: [0.001, 0.002, 0.001, 0.001]}", std::span(camera.distortion, 4));
+    set("fisheye", "", "{value: [0.02, -0.01, 0, 0], sd: [0.001, 0.002, 0.001, 0.001]}",
+        std::span(camera.distortion, 4));
   else
     set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
   camera.skew = 0;

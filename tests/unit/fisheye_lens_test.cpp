@@ -145,10 +145,10 @@ TEST(FisheyeLens, IsThatOfOpenCvsCalibration) {
   cv::Matx33d matrix(70, 0, 101.5, 0, 70, 101.5, 0, 0, 1);
   cv::Vec4d powers(0, 0, 0, 0);
   std::vector<cv::Mat> turns, places;
-  cv::fisheye::calibrate(board, image, cv::Size(204, 204), matrix, powers, turns, places,
-                         cv::fisheye::CALIB_USE_INTRINSIC_GUESS | cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC |
-                             cv::fisheye::CALIB_FIX_SKEW,
-                         cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
+  cv::fisheye::calibrate(
+      board, image, cv::Size(204, 204), matrix, powers, turns, places,
+      cv::fisheye::CALIB_USE_INTRINSIC_GUESS | cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW,
+      cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
   // The same least squares, so a small part of what noise does to either.
   EXPECT_NEAR(solution.lens[lens::fx], matrix(0, 0), 0.05 * solution.sd(lens::fx));
   EXPECT_NEAR(solution.lens[lens::fy], matrix(1, 1), 0.05 * solution.sd(lens::fy));
