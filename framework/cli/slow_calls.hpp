@@ -17,7 +17,12 @@ namespace tofgraph::cli {
 class SlowCalls {
  public:
   explicit SlowCalls(double seconds)
-      : thread_([this, seconds](const std::stop_token& stop) { watch(stop, seconds); }) {}
+      : thread_([this, seconds](const std::stop_token& stop) {
+          try {
+            watch(stop, seconds);
+          } catch (const std::exception&) {  // without memory for its words it is silent: the call itself goes on
+          }
+        }) {}
 
  private:
   void watch(const std::stop_token& stop, double seconds) {

@@ -66,11 +66,17 @@ class Watch {
         time_is_up_ = true;
         runner_.stop();
       }
-      if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
-      show();
+      try {
+        if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
+        show();
+      } catch (const std::exception&) {  // without memory for its words it still watches
+      }
     }
-    show();
-    progress_.finish();
+    try {
+      show();
+      progress_.finish();
+    } catch (const std::exception&) {  // the run itself is over
+    }
   }
 
   /// @returns whether there was one

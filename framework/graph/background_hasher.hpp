@@ -15,11 +15,14 @@ class BackgroundHasher {
   explicit BackgroundHasher(Graph& graph)
       : graph_(graph), thread_([&graph](const std::stop_token& over) {
           const auto stopped = [&] { return over.stop_requested() || !graph.host().wants_hashes(); };
-          for (const auto& writer : graph.nodes()) {
-            if (!writer->wants_provenance()) continue;
-            for (const std::size_t step : graph.steps_to(writer->index)) {
-              for (const UsedFile& file : graph.nodes()[step]->files()) file.hash->get(stopped);
+          try {
+            for (const auto& writer : graph.nodes()) {
+              if (!writer->wants_provenance()) continue;
+              for (const std::size_t step : graph.steps_to(writer->index)) {
+                for (const UsedFile& file : graph.nodes()[step]->files()) file.hash->get(stopped);
+              }
             }
+          } catch (const std::exception&) {  // who needs the hash asks for it again, and has somebody to tell
           }
         }) {}
 

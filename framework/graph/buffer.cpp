@@ -21,8 +21,9 @@ BufferRef::~BufferRef() {
 }
 
 BufferPool::~BufferPool() {
-  for (auto& [size, blocks] : free_) {
-    for (Buffer* buffer : blocks) {
+  for (auto& [size, first] : free_) {
+    while (first != nullptr) {
+      Buffer* buffer = std::exchange(first, first->next_free);
       ::operator delete(buffer->data, alignment);
       delete buffer;
     }
@@ -33,11 +34,7 @@ BufferRef BufferPool::get(std::size_t bytes) {
   const std::size_t capacity = (std::max<std::size_t>(bytes, 1) + granule - 1) / granule * granule;
   {
     const std::scoped_lock lock(mutex_);
-    if (auto& blocks = free_[capacity]; !blocks.empty()) {
-      Buffer* buffer = blocks.back();
-      blocks.pop_back();
-      return BufferRef(buffer);
-    }
+    if (Buffer*& first = free_[capacity]; first != nullptr) return BufferRef(std::exchange(first, first->next_free));
   }
   auto buffer = std::make_unique<Buffer>();
   buffer->data = ::operator new(capacity, alignment);
@@ -56,9 +53,10 @@ BufferRef BufferPool::lent(void* data, std::size_t bytes, void* owner, void (*re
   return BufferRef(buffer);
 }
 
-void BufferPool::put_back(Buffer* buffer) {
+void BufferPool::put_back(Buffer* buffer) noexcept {
   const std::scoped_lock lock(mutex_);
-  free_[buffer->capacity].push_back(buffer);
+  Buffer*& first = free_.find(buffer->capacity)->second;  // is there since get()
+  buffer->next_free = std::exchange(first, buffer);
 }
 
 }  // namespace tofgraph::graph

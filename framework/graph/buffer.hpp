@@ -10,7 +10,6 @@
 #include <mutex>
 #include <unordered_map>
 #include <utility>
-#include <vector>
 
 namespace tofgraph::graph {
 
@@ -22,6 +21,7 @@ struct Buffer {
   std::size_t capacity = 0;
   std::atomic<std::uint32_t> references{0};
   BufferPool* pool = nullptr;              ///< owner after the last release; null: lent
+  Buffer* next_free = nullptr;             ///< of the same size, in the pool: giving back must not ask for memory
   void* owner = nullptr;                   ///< owner of lent memory
   void (*release)(void* owner) = nullptr;  ///< releases lent memory
 };
@@ -69,10 +69,10 @@ class BufferPool : public std::enable_shared_from_this<BufferPool> {
 
  private:
   friend class BufferRef;
-  void put_back(Buffer* buffer);
+  void put_back(Buffer* buffer) noexcept;
 
   std::mutex mutex_;
-  std::unordered_map<std::size_t, std::vector<Buffer*>> free_;
+  std::unordered_map<std::size_t, Buffer*> free_;  ///< the first of each size that was ever made
   std::atomic<std::size_t> allocated_{0};
 };
 

@@ -15,10 +15,16 @@ FrameQueue::FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& qu
   }
 }
 
+/// Looks again now and then: a flow that has been cancelled wakes nobody.
+void FrameQueue::wait(std::unique_lock<std::mutex>& lock, const std::function<bool()>& ready) {
+  while (!changed_.wait_for(lock, std::chrono::milliseconds(200), ready)) {
+  }
+}
+
 FrameSlot* FrameQueue::acquire(const std::function<bool()>& stopped) {
   const bool drop = queue_.policy == QueuePolicy::drop_oldest;
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return stopped() || (!free_.empty() && (drop || waiting_.size() < queue_.capacity)); });
+  wait(lock, [&] { return stopped() || (!free_.empty() && (drop || waiting_.size() < queue_.capacity)); });
   if (stopped()) return nullptr;
   FrameSlot* slot = free_.back();
   free_.pop_back();
@@ -72,7 +78,7 @@ FrameSlot* FrameQueue::release(FrameSlot* slot) {
 
 bool FrameQueue::wait_until_idle(const std::function<bool()>& stopped) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return stopped() || free_.size() == slots_.size(); });
+  wait(lock, [&] { return stopped() || free_.size() == slots_.size(); });
   return !stopped();
 }
 

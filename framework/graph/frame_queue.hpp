@@ -9,6 +9,7 @@
 #include <boost/circular_buffer.hpp>
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -50,6 +51,7 @@ class FrameQueue {
 
  private:
   FrameSlot* next();
+  void wait(std::unique_lock<std::mutex>& lock, const std::function<bool()>& ready);
 
   const std::size_t in_flight_limit_;
   const Queue queue_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/runner.hpp"
 
+#include "config/thrown.hpp"
 #include "graph/background_hasher.hpp"
 #include "graph/frame_queue.hpp"
 #include "graph/live_changes.hpp"
@@ -26,17 +27,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// In a catch clause: what was thrown, in words.
-std::string what_was_thrown() {
-  try {
-    throw;
-  } catch (const std::exception& error) {
-    return error.what();
-  } catch (...) {
-    return "threw something that is not a std::exception";
-  }
-}
 
 }  // namespace
 
@@ -87,15 +77,15 @@ class Runner::Impl final : public RunControl {
   std::size_t in_flight() const { return std::size_t{2} * threads_; }  ///< enough to keep the threads busy
   void build(tbb::flow::graph& flow);
   void flow();
-  void produce();
-  bool produce(std::uint64_t number);
+  void produce(const std::function<bool()>& stopped);
+  bool produce(std::uint64_t number, const std::function<bool()>& stopped);
   bool fill(FrameSlot& slot, std::uint64_t number);
   void arrived(FrameSlot* slot);
   void run_step(const Segment& segment, FrameSlot& slot, bool last);
   void run_segment(const Segment& segment, FrameSlot& slot);
   void take_inputs(std::size_t index, FrameSlot& slot);
   void run_node(std::size_t index, FrameSlot& slot);
-  void fail(std::size_t node, std::uint64_t frame, const std::string& text);
+  void fail(std::size_t node, std::uint64_t frame, const std::string& text) noexcept;
   void finish();
 
   Graph& graph_;
@@ -151,19 +141,23 @@ void Runner::Impl::build(tbb::flow::graph& flow) {
 
 /// Sends all frames through. Whatever happens, the source's thread is joined and nothing is under way any more.
 void Runner::Impl::flow() {
-  tbb::flow::graph flow;
+  tbb::task_group_context context;
+  tbb::flow::graph flow(context);
   build(flow);
   flow.reserve_wait();
   {
     std::jthread source;
     try {
       source = std::jthread([&] {
-        produce();
+        produce([&] {  // a flow that is cancelled, e.g. because it has no memory for its tasks, gives no slot back
+          return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX ||
+                 context.is_group_execution_cancelled();
+        });
         flow.release_wait();
       });
     } catch (...) {
       flow.release_wait();
-      fail(0, 0, what_was_thrown());
+      fail(0, 0, config::what_was_thrown());
     }
     flow.wait_for_all();
   }
@@ -200,19 +194,18 @@ RunResult Runner::Impl::run() {
 }
 
 /// The source's own thread: it may wait for a device as long as it likes.
-void Runner::Impl::produce() {
+void Runner::Impl::produce(const std::function<bool()>& stopped) {
   for (std::uint64_t number = 0; !options_.frames || number < *options_.frames; ++number) {
     try {
-      if (!produce(number)) return;
+      if (!produce(number, stopped)) return;
     } catch (...) {
-      return fail(0, number, what_was_thrown());
+      return fail(0, number, config::what_was_thrown());
     }
   }
 }
 
 /// Produces one frame. @returns false at the end. Waiting frames are sent when another frame is finished.
-bool Runner::Impl::produce(std::uint64_t number) {
-  const auto stopped = [this] { return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX; };
+bool Runner::Impl::produce(std::uint64_t number, const std::function<bool()>& stopped) {
   if (changes_.pending()) {
     if (!frame_queue_.wait_until_idle(stopped)) return false;
     changes_.apply(number);
@@ -257,7 +250,7 @@ void Runner::Impl::run_step(const Segment& segment, FrameSlot& slot, bool last) 
     run_segment(segment, slot);
     if (last) arrived(&slot);
   } catch (...) {
-    fail(segment.nodes.empty() ? 0 : segment.nodes.front(), number, what_was_thrown());
+    fail(segment.nodes.empty() ? 0 : segment.nodes.front(), number, config::what_was_thrown());
   }
 }
 
@@ -311,7 +304,7 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
     times_[index].add(seconds_since(start));
     if (receiver != options_.receivers.end() && !slot.absent[index]) receiver->second(*frames.front());
   } catch (...) {
-    fail(index, slot.frames.front().metadata.number, what_was_thrown());
+    fail(index, slot.frames.front().metadata.number, config::what_was_thrown());
   }
   for (const std::size_t input : inputs) {
     if (last_reader_[input] == index) slot.frames[input].clear();
@@ -319,7 +312,8 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   if (last_reader_[index] == 0) frame.clear();
 }
 
-void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) {
+/// Ends the run. Neither the source's thread nor a task has anybody to throw to.
+void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) noexcept {
   failed_[node] = true;
   const Node& where = *graph_.nodes()[node];
   for (std::uint64_t seen = first_failed_.load();
@@ -328,8 +322,12 @@ void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::strin
   {
     const std::scoped_lock lock(error_mutex_);
     if (error_.empty() || number < error_frame_) {  // of several at once the first in the order of the frames
-      error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
       error_frame_ = number;
+      try {
+        error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);
+      } catch (const std::exception&) {
+        error_ = config::no_memory;
+      }
     }
   }
   graph_.nodes().front()->stop();
@@ -342,7 +340,7 @@ void Runner::Impl::finish() {
     try {
       node->finish();
     } catch (...) {
-      const std::string thrown = what_was_thrown();
+      const std::string thrown = config::what_was_thrown();
       if (error_.empty())
         error_ = fmt::format("node '{}' ({}), at the end: {}", node->name, node->stage().name, thrown);
     }

@@ -3,6 +3,7 @@
 #include "io/captures/queued_capture.hpp"
 
 #include "config/log.hpp"
+#include "config/thrown.hpp"
 
 #include <tofgraph/array.hpp>
 
@@ -54,18 +55,26 @@ bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
   std::string problem;
   try {
     writer_->append(frame.metadata, frame.views);
-  } catch (const std::exception& thrown) {
-    problem = thrown.what();
+  } catch (...) {
+    problem = config::what_was_thrown();
   }
   lock.lock();
   if (!problem.empty()) {
     error_ = problem;
   } else {
     bytes_ -= frame.bytes;
-    spare_.push_back(std::move(frame));
+    keep(std::move(frame));
   }
   changed_.notify_all();
   return problem.empty();
+}
+
+/// Keeps the memory of a frame for one to come, where there is memory to remember it.
+void QueuedCapture::keep(Waiting frame) noexcept {
+  try {
+    spare_.push_back(std::move(frame));
+  } catch (const std::bad_alloc&) {
+  }
 }
 
 QueuedCapture::Waiting QueuedCapture::copy_of(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views) {

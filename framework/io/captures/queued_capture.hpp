@@ -45,6 +45,7 @@ class QueuedCapture {
 
   void write_all();
   bool write_one(std::unique_lock<std::mutex>& lock);
+  void keep(Waiting frame) noexcept;
   Waiting copy_of(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
   void drain();
   [[noreturn]] void fail(std::size_t one_more) const;

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Slow: OutOfMemory.*
+// Rooms: graph io
+// Memory that runs out while frames flow, in any thread: the run ends in order, with an error, and the next one works.
+#include <gtest/gtest.h>
+#include <tofgraph/pipeline.hpp>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/program.hpp"
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define TOFGRAPH_OTHER_MALLOC
+#endif
+
+namespace {
+std::atomic<long> left{-1};  ///< allocations until some fail; negative: none
+std::atomic<long> failing{0};
+
+/// Counts down; `failing` calls fail, one after the other.
+bool fails() {
+  if (left.load(std::memory_order_relaxed) < 0 || left.fetch_sub(1) > 0) return false;
+  if (failing.fetch_sub(1) <= 1) left = -1;
+  return true;
+}
+}  // namespace
+
+#ifndef TOFGRAPH_OTHER_MALLOC
+// The C++ library's operator delete frees what malloc gave.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  void* memory = fails() ? nullptr : std::malloc(size != 0 ? size : 1);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+[[gnu::noinline]] void* operator new[](std::size_t size) { return operator new(size); }
+#endif
+
+namespace tofgraph::tests {
+namespace {
+
+constexpr std::uint64_t frames = 12;
+
+/// A run in which memory fails once the third frame has come. @returns the error; empty: it went well
+std::string run_with(long allocations, long number, const std::filesystem::path& capture) {
+  Pipeline pipeline("ramp frames=" + std::to_string(frames) +
+                    " ! make_depth ! capture_writer path=" + capture.string());
+  pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
+  pipeline.on_frame("ramp", [&](const Frame& frame) {
+    if (frame.metadata().number != 2) return;
+    failing = number;
+    left = allocations;
+  });
+  std::string error;
+  try {
+    EXPECT_EQ(pipeline.run(0, 2).frames, frames);
+  } catch (const std::exception& thrown) {
+    error = thrown.what();
+    left = -1;
+    EXPECT_NE(error, "");
+  }
+  return error;
+}
+
+bool can_be_read(const std::filesystem::path& capture) {
+  Pipeline pipeline("capture_reader file=" + capture.string() + " ! null");
+  pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
+  return pipeline.run().frames > 0;
+}
+
+/// Fails after 0, 1, 2 ... further allocations, until a run has no more of them. @param number of calls that fail then
+void fail_everywhere(long number) {
+#ifdef TOFGRAPH_OTHER_MALLOC
+  GTEST_SKIP() << "the sanitizer has its own operator new";
+#endif
+  const TemporaryFolder folder;
+  std::size_t ended = 0;
+  for (long allocations = 0;; ++allocations) {
+    ASSERT_LT(allocations, 20000) << "the run asks for memory without end";
+    const std::filesystem::path capture = folder.path() / ("c" + std::to_string(allocations) + ".h5");
+    const std::string error = run_with(allocations, number, capture);
+    const bool never_failed = left.exchange(-1) >= 0;
+    if (std::filesystem::exists(capture)) EXPECT_TRUE(can_be_read(capture)) << error;
+    if (error.empty()) EXPECT_TRUE(std::filesystem::exists(capture));
+    std::filesystem::remove(capture);
+    std::filesystem::remove(capture.string() + ".part");
+    ended += error.empty() ? 0 : 1;
+    if (never_failed) break;
+  }
+  EXPECT_GT(ended, 10U) << "too few of the failures ended a run: the test looks at nothing";
+  EXPECT_EQ(run_with(-1, 0, folder.path() / "last.h5"), "");
+}
+
+TEST(OutOfMemory, OnceInAnyThread) { fail_everywhere(1); }
+
+TEST(OutOfMemory, ForAWhileInAnyThread) { fail_everywhere(20); }
+
+}  // namespace
+}  // namespace tofgraph::tests
