@@ -52,10 +52,23 @@ std::string yaml_problem(const std::string& message) {
   return "not understood: put texts with special characters between quotes";
 }
 
+/// Returns whether the text between quotes that begins at a place has an end; yaml-cpp takes the end of the file for
+/// it.
+bool ends(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  for (std::size_t i = begin + 1; i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\')
+      ++i;
+    else if (text[i] == quote)
+      return true;
+  }
+  return false;
+}
+
 class Converter {
  public:
-  Converter(std::shared_ptr<const SourceText> source, std::optional<Position> fixed)
-      : source_(std::move(source)), fixed_(std::move(fixed)) {}
+  Converter(std::shared_ptr<const SourceText> source, const std::string& text, std::optional<Position> fixed)
+      : source_(std::move(source)), text_(text), fixed_(std::move(fixed)) {}
 
   Value convert(const YAML::Node& node, Diagnostics& diagnostics) {
     Value value;
@@ -67,6 +80,7 @@ class Converter {
         value.text = node.Scalar();
         value.quoted = node.Tag() == "!";
         value.at.length = value.text.size() + (value.quoted ? 2 : 0);
+        if (value.quoted) check_end(node.Mark());
         break;
       case YAML::NodeType::Sequence:
         value.kind = Value::Kind::list;
@@ -106,6 +120,12 @@ class Converter {
     map.entries.push_back(std::move(entry));
   }
 
+  void check_end(const YAML::Mark& mark) const {
+    const auto at = static_cast<std::size_t>(std::max(mark.pos, 0));
+    if (at < text_.size() && (text_[at] == '"' || text_[at] == '\'') && !ends(text_, at))
+      throw YAML::Exception(mark, YAML::ErrorMsg::EOF_IN_SCALAR);
+  }
+
   Position position(const YAML::Node& node) const {
     if (fixed_) return *fixed_;
     const YAML::Mark mark = node.Mark();
@@ -114,6 +134,7 @@ class Converter {
   }
 
   std::shared_ptr<const SourceText> source_;
+  std::string_view text_;
   std::optional<Position> fixed_;
   std::size_t count_ = 0;
 };
@@ -152,7 +173,7 @@ Value parse(const std::shared_ptr<const SourceText>& source, const std::string& 
     if (const std::optional<YAML::Mark> second = SecondDocument().find(text))
       diagnostics.error(fixed.value_or(Position{source, static_cast<std::size_t>(second->line) + 1, 1, 1}),
                         "a second YAML document; one is expected");
-    Value value = Converter(source, fixed).convert(YAML::Load(text), diagnostics);
+    Value value = Converter(source, text, fixed).convert(YAML::Load(text), diagnostics);
     if (diagnostics.ok()) return value;
   } catch (const YAML::Exception& error) {
     const auto line = static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1;

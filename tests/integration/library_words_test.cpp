@@ -30,11 +30,15 @@ const char* const words_of_libraries[] = {
     "ceres",       "glog",    "json.",     "terminate", "std::",   "basic_",     ".cpp:",  "Assertion",
     "can't",       "fractal", "errno",     "imread",    "illegal", "not found\n"};
 
+void expect_no_library(const std::string& command, const Outcome& outcome) {
+  for (const char* words : words_of_libraries) EXPECT_THAT(outcome.out + outcome.err, Not(HasSubstr(words))) << command;
+}
+
 void expect_own_words(const std::string& command, const Outcome& outcome, const std::string& file) {
   EXPECT_THAT(outcome.exit_code, AnyOf(1, 2)) << command << "\n" << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr(file)) << command;
   EXPECT_THAT(outcome.err, HasSubstr("error: ")) << command;
-  for (const char* words : words_of_libraries) EXPECT_THAT(outcome.out + outcome.err, Not(HasSubstr(words))) << command;
+  expect_no_library(command, outcome);
 }
 
 class Damaged : public testing::Test {
@@ -106,10 +110,15 @@ TEST_P(DamagedCapture, IsOneErrorOfEachCommand) {
       "bad.h5",
       {"run 'capture_reader file=FILE ! null' --camera small.yaml", "calibrate offset campaign.yaml -o k.yaml",
        "calibrate fixed-pattern campaign.yaml -o k.yaml", "calibrate noise campaign.yaml -o k.yaml",
-       "report campaign.yaml -o r.html", "evaluate campaign.yaml -o e", "reduce campaign.yaml -o s",
+       "report campaign.yaml -o r.html", "reduce campaign.yaml -o s",
        "diagnose --model model.yaml --data campaign.yaml -o gap", "run look.yaml --campaign campaign.yaml -o out",
        "run 'capture_reader file=whole.h5 ! mask bad_pixels={file: FILE, dataset: map} ! null' "
        "--camera small.yaml"});
+  const std::string evaluation = "evaluate campaign.yaml -o e";  // of what can be read
+  const Outcome outcome = shell("\"$TOFGRAPH\" " + evaluation, folder.path());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("a: left out: the capture bad.h5"));
+  expect_no_library(evaluation, outcome);
 }
 
 INSTANTIATE_TEST_SUITE_P(
