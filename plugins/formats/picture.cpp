@@ -3,6 +3,8 @@
 // Grey pictures of 8 to 64 bits: PNG, TIFF of one or several pages, PGM.
 #include <tofgraph/format.hpp>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include <array>
 #include <cstring>
 #include <filesystem>

@@ -37,7 +37,7 @@ TEST(Document, MistakesAreToldInPlainWords) {
       {"a: 1]\nb: ]\n", "a ']' or '}' without its beginning"},
       {"a: b: c\n", "no ':' is expected here"},
       {"a: 1\n b: 2\n", "is the indentation right?"},
-      {"a:\n  - 1\n b: 2\n", "is the indentation right?"},
+      {"a:\n  - 1\n b: 2\n", "is its indentation right?"},
       {"a:\n\t- 1\n", "is the indentation right?"},
       {"a: 'x\n---\nb'\n", "'---' or '...' within a text"},
       {"a: \"two words\n", "a text between quotes does not end"},
