@@ -133,7 +133,7 @@ class Reader {
         throw std::runtime_error(fmt::format("has no pixel in the window that can be used: of {}, {}",
                                              images.left_out.pixels, images.left_out.described()));
     } catch (const std::runtime_error& error) {
-      result.mistake = fmt::format("the capture {} {}", written.capture.string(), error.what());
+      result.mistake = capture_problem(written, error);
     }
   }
 
