@@ -31,7 +31,7 @@ std::string yaml_problem(const std::string& message) {
       {too_many_values, too_many_values},
       {words::END_OF_MAP_FLOW, "a '{' without its '}'"},
       {words::END_OF_SEQ_FLOW, "a '[' without its ']'"},
-      {words::END_OF_MAP, "this is no 'key: value' like those above: is its indentation right?"},
+      {words::END_OF_MAP, "this is not a 'key: value' like those above: is its indentation right?"},
       {words::END_OF_SEQ, "this does not belong to the list above: is its indentation right?"},
       {words::MAP_VALUE, "no ':' is expected here: texts with ': ' stand between quotes; is the indentation right?"},
       {words::MAP_KEY, "no key is expected here: is the indentation right?"},
