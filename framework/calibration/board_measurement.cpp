@@ -30,6 +30,14 @@ std::array<double, 2> on_board(const io::Condition& c, Vector3 point) {
   return {x, std::cos(c.board_tilt_x) * p.y + std::sin(c.board_tilt_x) * z};
 }
 
+UnusablePixels& UnusablePixels::operator+=(const UnusablePixels& other) {
+  for (std::size_t UnusablePixels::*count :
+       {&UnusablePixels::pixels, &UnusablePixels::map, &UnusablePixels::invalid, &UnusablePixels::saturated,
+        &UnusablePixels::amplitude, &UnusablePixels::noisy, &UnusablePixels::distance})
+    this->*count += other.*count;
+  return *this;
+}
+
 std::string UnusablePixels::described() const {
   const std::pair<std::size_t, const char*> reasons[] = {
       {map, "bad in the profile's map"},

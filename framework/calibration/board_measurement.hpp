@@ -35,6 +35,7 @@ struct UnusablePixels {
   std::size_t distance = 0;   ///< unlike the neighbours' distance
 
   std::size_t total() const { return map + invalid + saturated + amplitude + noisy + distance; }
+  UnusablePixels& operator+=(const UnusablePixels& other);
   /// Counts with their reasons, for a message: `35 bad in the profile's map, 2 noisier than their neighbours`.
   std::string described() const;
 };

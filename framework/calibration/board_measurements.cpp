@@ -133,7 +133,7 @@ class Reader {
         throw std::runtime_error(fmt::format("has no pixel in the window that can be used: of {}, {}",
                                              images.left_out.pixels, images.left_out.described()));
     } catch (const std::runtime_error& error) {
-      result.mistake = fmt::format("the capture {} {}", written.capture.string(), error.what());
+      result.mistake = capture_problem(written, error);
     }
   }
 
@@ -312,7 +312,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
     read[i] = reader.read(i, options);
     if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(n));
   });
-  Boards all;
+  Boards all{.conditions = n};
   config::Diagnostics diagnostics;
   std::vector<CameraSeen> seen;
   for (const Read& r : read) seen.push_back(r.seen);
@@ -321,6 +321,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
     if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    all.unusable += read[i].unusable;
     if (!read[i].board) continue;
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
     all.boards.push_back(std::move(*read[i].board));

@@ -80,9 +80,9 @@ Result calibrate(const Kind& kind, const Request& request) {
       errors.left_out, number(errors.after), number(errors.before));
   if (!request.force)
     throw std::runtime_error(
-        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}\n  --force writes it "
+        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}{}\n  --force writes it "
                     "all the same",
-                    kind.name, problem, errors.causes));
+                    kind.name, problem, errors.causes, errors.used));
   result.notes.insert(result.notes.begin(), fmt::format("{}; likely causes: {}", problem, errors.causes));
   return result;
 }

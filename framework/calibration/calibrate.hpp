@@ -39,6 +39,7 @@ struct HeldOutErrors {
   std::string unit = "mm";
   double scale = 1e-3;   ///< unit's, in SI
   std::string causes;    ///< likely ones of after >= before
+  std::string used;      ///< counts of what was used and left out, see used_of(); empty: not counted
   double tolerance = 0;  ///< share of `before` by which `after` may exceed it
 };
 

@@ -16,6 +16,11 @@ config::Position place_of(const io::Condition& condition) {
   return at;
 }
 
+std::string capture_problem(const io::Condition& condition, const std::exception& problem) {
+  const std::string file = condition.capture.string(), text = problem.what();
+  return fmt::format("the capture {} {}", file, text.starts_with(file + ": ") ? text.substr(file.size() + 2) : text);
+}
+
 std::string check_one_camera(const io::Campaign& campaign, const std::vector<CameraSeen>& seen,
                              std::vector<std::string>& notes, config::Diagnostics& diagnostics) {
   std::vector<std::string> serials;

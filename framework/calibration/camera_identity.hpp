@@ -5,6 +5,7 @@
 
 #include "io/campaign.hpp"
 
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -22,5 +23,8 @@ std::string check_one_camera(const io::Campaign& campaign, const std::vector<Cam
 
 /// Position of a condition in its file; of a table's row its beginning.
 config::Position place_of(const io::Condition& condition);
+
+/// `the capture a.h5 has no frames`: the file is named once, whether or not the problem names it.
+std::string capture_problem(const io::Condition& condition, const std::exception& problem);
 
 }  // namespace tofgraph::calibration

@@ -143,6 +143,20 @@ std::string described(const Boards& boards) {
                      span_of(times, "integration time", "s"));
 }
 
+std::string used_of(const Boards& boards) {
+  std::size_t frames = 0;
+  for (const Board& b : boards.boards) frames += b.frames;
+  std::string text =
+      fmt::format("\n  used: {} of {} conditions", boards.boards.size() + boards.repeats, boards.conditions);
+  if (frames > 0) text += fmt::format(", {} frames", frames);
+  if (boards.unusable.pixels > 0)
+    text += fmt::format(", {} of {} pixels in all", boards.unusable.pixels - boards.unusable.total(),
+                        boards.unusable.pixels);
+  if (boards.unusable.total() > 0) text += fmt::format("\n  pixels left out: {}", boards.unusable.described());
+  for (const std::string& note : boards.notes) text += "\n  " + note;
+  return text;
+}
+
 std::string sentence_of(const std::vector<std::string>& lines) {
   std::string sentence = fmt::format("{}.", fmt::join(lines, "; "));
   sentence.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence.front())));

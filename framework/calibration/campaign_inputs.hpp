@@ -38,6 +38,9 @@ void refuse_duplicates(const io::Campaign& campaign);
 
 /// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`
 std::string described(const Boards& boards);
+/// Counts of conditions, frames and pixels that a calibration was made from, and what was left out of them and why: for
+/// a refusal, each line after a line break and two blanks.
+std::string used_of(const Boards& boards);
 /// Lines as one sentence for the top of a report.
 std::string sentence_of(const std::vector<std::string>& lines);
 /// Name of a target; without a label: `the board`.

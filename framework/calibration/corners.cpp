@@ -283,8 +283,8 @@ BoardSearch find_board(const Image& image, const io::Pattern& pattern) {
     BoardSearch result = search(image, pattern);
     orient(pattern, result.corners);
     return result;
-  } catch (const cv::Exception& error) {
-    throw std::runtime_error("cannot be searched for the pattern: " + error.err);
+  } catch (const cv::Exception&) {
+    throw std::runtime_error("cannot be searched for the pattern");
   }
 }
 

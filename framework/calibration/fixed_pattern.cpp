@@ -167,7 +167,8 @@ Result calibrate_fixed_pattern(const Request& request) {
     if (request.progress) request.progress(0.5 + 0.5 * share, "fitting");
   });
   if (const std::string problem = divergence_of(data, fit); !problem.empty())
-    throw std::runtime_error(fmt::format("calibrate fixed-pattern: {}; nothing was written", problem));
+    throw std::runtime_error(
+        fmt::format("calibrate fixed-pattern: {}; nothing was written{}", problem, used_of(data.campaign.boards)));
   const std::vector<std::string> lines = summary_of(data, fit);
   Result result{.file = file_text(request, data, fit),
                 .page = fixed_pattern_report(data, fit, sentence_of(lines)),
@@ -182,7 +183,8 @@ Result calibrate_fixed_pattern(const Request& request) {
                      .after = fit.after.value,
                      .causes =
                          "a pattern that is smaller than the noise of the means (record more frames), boards that "
-                         "were corrected already, a board that moved or was changed between the distances"};
+                         "were corrected already, a board that moved or was changed between the distances",
+                     .used = used_of(data.campaign.boards)};
   if (fit.has_slope) {
     result.maps.push_back({"slope_map", "", fit.slope});
     result.maps.push_back({"slope_map_sd", "", fit.slope_sd});

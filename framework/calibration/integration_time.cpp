@@ -137,6 +137,7 @@ Result calibrate_integration_time(const Request& request) {
                                     .causes =
                                         "best times that scatter, as of few frames; a wrong distance or "
                                         "integration time of a condition; saturation",
+                                    .used = used_of(campaign.boards),
                                     .tolerance = 0.05};
   return result;
 }

@@ -38,7 +38,7 @@ Read read(const io::Campaign& campaign, const io::Condition& condition) {
     if (is_foreign(result.seen, campaign)) return result;
     result.search = find_board(result.images.image, *campaign.pattern);
   } catch (const std::runtime_error& error) {
-    result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+    result.mistake = capture_problem(condition, error);
   }
   return result;
 }

@@ -208,7 +208,7 @@ Read read_condition(const io::Condition& written, const tofgraph_camera& camera)
     else
       read_frames(recording, frames, condition.roi, camera, result);
   } catch (const std::runtime_error& error) {
-    result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+    result.mistake = capture_problem(condition, error);
   }
   return result;
 }

@@ -166,6 +166,7 @@ Result calibrate_offset(const Request& request) {
                 .summary = fmt::format("{}\n{}", described(boards), fmt::join(worth, "\n")),
                 .notes = std::move(notes)};
   judge(axes, result);
+  if (result.held_out) result.held_out->used = used_of(boards);
   if (!table->knows_reflectivities())
     result.notes.emplace_back(
         "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "

@@ -3,6 +3,7 @@
 #include "calibration/plane_evaluation.hpp"
 
 #include "calibration/board_measurement.hpp"
+#include "calibration/camera_identity.hpp"
 #include "calibration/frame_mean.hpp"
 #include "io/captures/capture.hpp"
 #include "io/serial.hpp"
@@ -126,7 +127,7 @@ class PlaneReader {
       read.result.missing = 1 - static_cast<double>(read.pixels.size()) / static_cast<double>(window.size());
       if (read.pixels.empty()) read.left_out = "no pixel of the board is valid in half of the frames";
     } catch (const std::runtime_error& error) {
-      read.left_out = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+      read.left_out = capture_problem(condition, error);
     }
     return read;
   }

@@ -150,7 +150,7 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
     read.light = light_of(condition, camera, model);
     result.condition = std::move(read);
   } catch (const std::runtime_error& error) {
-    result.mistake = fmt::format("the capture {} {}", condition.capture.string(), error.what());
+    result.mistake = capture_problem(condition, error);
   }
   return result;
 }

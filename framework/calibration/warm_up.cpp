@@ -333,6 +333,7 @@ Result calibrate_warm_up(const Request& request) {
                 .notes = data.campaign.boards.notes,
                 .model = model_text(request, data, model),
                 .held_out = judged(drifts)};
+  if (result.held_out) result.held_out->used = used_of(data.campaign.boards);
   note_time_constant(model, result.notes);
   result.notes.insert(result.notes.end(), model.notes.begin(), model.notes.end());
   return result;

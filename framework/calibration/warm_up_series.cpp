@@ -39,7 +39,7 @@ class Splitter {
       split_capture(condition, diagnostics);
     } catch (const std::runtime_error& error) {
       diagnostics.error(place_of(condition),
-                        fmt::format("the capture {} {}", condition.capture.string(), error.what()));
+                        capture_problem(condition, error));
     }
   }
 

@@ -41,9 +41,13 @@ int repair(const RepairArguments& arguments) {
       "wrote {}: {}{}", file.string(), config::counted(repaired.frames, "frame"),
       repaired.missing == 0 ? ", none is missing between them"
                             : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame"))));
-  if (repaired.lost > 0)
-    print_message(fmt::format("{} was cut off: {} of {} are lost", arguments.part.string(), repaired.lost,
-                              config::counted(repaired.lost + repaired.frames, "frame")));
+  if (repaired.cut)
+    print_message(fmt::format("{} was cut off: {} of {} are lost{}", arguments.part.string(), repaired.lost,
+                              config::counted(repaired.lost + repaired.frames, "frame"),
+                              repaired.without_time == 0
+                                  ? ""
+                                  : fmt::format("; {} without time stamp and settings, which count as unknown",
+                                                config::counted(repaired.without_time, "frame"))));
   if (arguments.part.extension() == ".part") print_message(arguments.part.string() + " is not needed any more");
   return 0;
 }

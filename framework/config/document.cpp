@@ -15,27 +15,72 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <string_view>
+#include <utility>
 
 namespace tofgraph::config {
 namespace {
 
 constexpr std::size_t max_values = 1'000'000;  // an alias inside an alias can stand for any number of values
+constexpr const char* too_many_values = "more than a million values";
+
+/// What a message of yaml-cpp, by its beginning, means to someone who wrote a file.
+std::string yaml_problem(const std::string& message) {
+  namespace words = YAML::ErrorMsg;
+  static const std::pair<std::string_view, const char*> meanings[] = {
+      {too_many_values, too_many_values},
+      {words::END_OF_MAP_FLOW, "a '{' without its '}'"},
+      {words::END_OF_SEQ_FLOW, "a '[' without its ']'"},
+      {words::END_OF_MAP, "this is not a 'key: value' like those above: is its indentation right?"},
+      {words::END_OF_SEQ, "this does not belong to the list above: is its indentation right?"},
+      {words::MAP_VALUE, "no ':' is expected here: texts with ': ' stand between quotes; is the indentation right?"},
+      {words::MAP_KEY, "no key is expected here: is the indentation right?"},
+      {words::BLOCK_ENTRY, "no '- ' is expected here: is the indentation right?"},
+      {words::FLOW_END, "a ']' or '}' without its beginning"},
+      {words::EOF_IN_SCALAR, "a text between quotes does not end"},
+      {words::DOC_IN_SCALAR, "'---' or '...' within a text"},
+      {words::TAB_IN_INDENTATION, "a tab in the indentation: use blanks"},
+      {words::UNKNOWN_TOKEN, "this character cannot begin a text: put the text between quotes"},
+      {words::INVALID_ESCAPE, "an unknown '\\' sequence: put the text between single quotes"},
+      {words::INVALID_HEX, "an unknown '\\' sequence: put the text between single quotes"},
+      {words::INVALID_UNICODE, "an unknown '\\' sequence: put the text between single quotes"},
+      {words::UNKNOWN_ANCHOR, "'*' refers to a name that no '&' gives: put texts with '*' between quotes"},
+  };
+  for (const auto& [beginning, meaning] : meanings) {
+    if (message.starts_with(beginning)) return meaning;
+  }
+  return "not understood: put texts with special characters between quotes";
+}
+
+/// Returns whether the text between quotes that begins at a place has an end; yaml-cpp takes the end of the file for
+/// it.
+bool ends(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  for (std::size_t i = begin + 1; i < text.size(); ++i) {
+    if (quote == '"' && text[i] == '\\')
+      ++i;
+    else if (text[i] == quote)
+      return true;
+  }
+  return false;
+}
 
 class Converter {
  public:
-  Converter(std::shared_ptr<const SourceText> source, std::optional<Position> fixed)
-      : source_(std::move(source)), fixed_(std::move(fixed)) {}
+  Converter(std::shared_ptr<const SourceText> source, const std::string& text, std::optional<Position> fixed)
+      : source_(std::move(source)), text_(text), fixed_(std::move(fixed)) {}
 
   Value convert(const YAML::Node& node, Diagnostics& diagnostics) {
     Value value;
     value.at = position(node);
-    if (++count_ > max_values) throw YAML::Exception(node.Mark(), "more than a million values");
+    if (++count_ > max_values) throw YAML::Exception(node.Mark(), too_many_values);
     switch (node.Type()) {
       case YAML::NodeType::Scalar:
         value.kind = Value::Kind::scalar;
         value.text = node.Scalar();
         value.quoted = node.Tag() == "!";
         value.at.length = value.text.size() + (value.quoted ? 2 : 0);
+        if (value.quoted) check_end(node.Mark());
         break;
       case YAML::NodeType::Sequence:
         value.kind = Value::Kind::list;
@@ -75,6 +120,12 @@ class Converter {
     map.entries.push_back(std::move(entry));
   }
 
+  void check_end(const YAML::Mark& mark) const {
+    const auto at = static_cast<std::size_t>(std::max(mark.pos, 0));
+    if (at < text_.size() && (text_[at] == '"' || text_[at] == '\'') && !ends(text_, at))
+      throw YAML::Exception(mark, YAML::ErrorMsg::EOF_IN_SCALAR);
+  }
+
   Position position(const YAML::Node& node) const {
     if (fixed_) return *fixed_;
     const YAML::Mark mark = node.Mark();
@@ -83,6 +134,7 @@ class Converter {
   }
 
   std::shared_ptr<const SourceText> source_;
+  std::string_view text_;
   std::optional<Position> fixed_;
   std::size_t count_ = 0;
 };
@@ -121,12 +173,12 @@ Value parse(const std::shared_ptr<const SourceText>& source, const std::string& 
     if (const std::optional<YAML::Mark> second = SecondDocument().find(text))
       diagnostics.error(fixed.value_or(Position{source, static_cast<std::size_t>(second->line) + 1, 1, 1}),
                         "a second YAML document; one is expected");
-    Value value = Converter(source, fixed).convert(YAML::Load(text), diagnostics);
+    Value value = Converter(source, text, fixed).convert(YAML::Load(text), diagnostics);
     if (diagnostics.ok()) return value;
   } catch (const YAML::Exception& error) {
     const auto line = static_cast<std::size_t>(std::max(error.mark.line, 0)) + 1;
     const auto column = static_cast<std::size_t>(std::max(error.mark.column, 0)) + 1;
-    diagnostics.error(fixed.value_or(Position{source, line, column, 1}), "YAML syntax: " + error.msg);
+    diagnostics.error(fixed.value_or(Position{source, line, column, 1}), "YAML syntax: " + yaml_problem(error.msg));
   }
   throw ConfigurationError(diagnostics);
 }

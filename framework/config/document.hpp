@@ -56,8 +56,8 @@ Value without_quotes(const Value& value);
 std::string yaml_word(const std::string& text);
 /// A value in one line, such that it is read back the same.
 std::string yaml_text(const Value& value);
-/// The same value with absolute paths under the keys that name files: file, image, model, table, map, rays, and camera where
-/// it is a path.
+/// The same value with absolute paths under the keys that name files: file, image, model, table, map, rays, and camera
+/// where it is a path.
 Value with_absolute_paths(Value value);
 /// Assignment of a value to a key, for hints: `key: value` in a file, `key='a value'` in the one-line form.
 std::string assignment(const Position& at, std::string_view key, std::string_view value);

@@ -2,18 +2,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/log.hpp"
 
+#include "config/silence.hpp"
+
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cstdio>
+#include <cerrno>
 #include <cstdlib>
+#include <mutex>
 #include <utility>
 
 namespace tofgraph::config {
 namespace {
 
 std::atomic<bool> bar_stands = false;
+
+std::mutex silencing;
+int silent = 0;                                 // objects that want silence
+std::atomic<int> seen_by_user = STDERR_FILENO;  // what the user reads
+std::atomic<int> duplicate = -1;                // of standard error; stays open, so that nobody writes to another file
 
 /// Returns whether standard error is a terminal with colours that are not disabled (https://no-color.org).
 bool colours_wanted() {
@@ -51,7 +60,33 @@ void print_message(const std::string& text) {
   static const bool colours = colours_wanted();
   const std::string line = fmt::format("{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "",
                                        colours ? coloured(text) : text, text.ends_with('\n') ? "" : "\n");
-  std::fwrite(line.data(), 1, line.size(), stderr);  // where nobody can be told, nobody is
+  for (std::string_view left = line; !left.empty();) {
+    const ssize_t written = ::write(standard_error(), left.data(), left.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return;  // where nobody can be told, nobody is
+    left.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+int standard_error() { return seen_by_user; }
+
+SilentLibraries::SilentLibraries() {
+  const std::scoped_lock lock(silencing);
+  if (silent++ > 0) return;
+  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+  const int kept = duplicate < 0 ? fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3) : dup3(STDERR_FILENO, duplicate, O_CLOEXEC);
+  if (nowhere >= 0 && kept >= 0) {
+    seen_by_user = duplicate = kept;
+    dup2(nowhere, STDERR_FILENO);
+  }
+  if (nowhere >= 0) close(nowhere);
+}
+
+SilentLibraries::~SilentLibraries() {
+  const std::scoped_lock lock(silencing);
+  if (--silent > 0 || seen_by_user == STDERR_FILENO) return;
+  dup2(seen_by_user, STDERR_FILENO);
+  seen_by_user = STDERR_FILENO;
 }
 
 void set_bar_stands(bool stands) { bar_stands = stands; }

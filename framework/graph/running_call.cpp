@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/running_call.hpp"
 
+#include "config/silence.hpp"
 #include "graph/instance.hpp"
 
 #include <fmt/format.h>
@@ -105,7 +106,7 @@ class Line {
     while (count > 0 && size_ < sizeof text_) text_[size_++] = digits[--count];
     return *this;
   }
-  void write() const { static_cast<void>(!::write(STDERR_FILENO, text_, size_)); }
+  void write() const { static_cast<void>(!::write(config::standard_error(), text_, size_)); }
 
  private:
   char text_[2048];

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/image.hpp"
 
-#include "io/picture_file.hpp"
+#include "io/picture_decoder.hpp"
 
 #include <fmt/format.h>
-#include <opencv2/imgcodecs.hpp>
 #include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
@@ -27,13 +26,11 @@ std::vector<float> brightness(const cv::Mat& image) {
 Image Image::load(const std::filesystem::path& file) {
   io::check_picture(file);
   cv::Mat image;
-  std::string problem = "it is damaged, or not an image that OpenCV can read";
   try {
-    image = cv::imread(file.string(), cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
-  } catch (const cv::Exception& error) {
-    problem = error.what();
+    image = io::decode_picture(file, cv::IMREAD_GRAYSCALE | cv::IMREAD_ANYDEPTH);
+  } catch (const std::runtime_error& problem) {
+    throw std::runtime_error(fmt::format("{} {}", file.string(), problem.what()));
   }
-  if (image.empty()) throw std::runtime_error(fmt::format("{} cannot be read: {}", file.string(), problem));
   if (image.depth() != CV_8U && image.depth() != CV_16U)
     throw std::runtime_error(fmt::format("{} has floating-point pixels, expected 8 or 16 bits", file.string()));
   return {static_cast<std::size_t>(image.rows), static_cast<std::size_t>(image.cols), brightness(image)};

@@ -22,13 +22,9 @@ struct Npz final : FileFormat {
   explicit Npz(const std::string& path) {
     int error = 0;
     archive_.reset(zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error));
-    if (!archive_) {
-      zip_error_t reason;
-      zip_error_init_with_code(&reason, error);
-      const std::string text = zip_error_strerror(&reason);
-      zip_error_fini(&reason);
-      throw std::runtime_error("is a damaged archive: " + text);
-    }
+    if (!archive_)
+      throw std::runtime_error(error == ZIP_ER_NOZIP ? "is a damaged archive: its end is missing, it was cut off"
+                                                     : "is a damaged archive");
     const zip_int64_t count = zip_get_num_entries(archive_.get(), 0);
     for (zip_int64_t i = 0; i < count; ++i) add_member(static_cast<zip_uint64_t>(i));
     if (arrays().empty()) throw std::runtime_error("is an archive without .npy files in it");
@@ -64,14 +60,14 @@ struct Npz final : FileFormat {
   void reopen(Member& member) {
     member.file.reset(zip_fopen_index(archive_.get(), member.index, 0));
     member.at = 0;
-    if (!member.file) throw std::runtime_error(std::string("is a damaged archive: ") + zip_strerror(archive_.get()));
+    if (!member.file) throw std::runtime_error("is a damaged archive: a member cannot be opened");
   }
 
   void next(Member& member, void* out, std::uint64_t bytes) {
     const zip_int64_t got = zip_fread(member.file.get(), out, bytes);
     if (got < 0 || static_cast<std::uint64_t>(got) != bytes)
-      throw std::runtime_error(std::string("is a damaged archive: ") +
-                               (got < 0 ? zip_file_strerror(member.file.get()) : "a member ends before its values do"));
+      throw std::runtime_error(std::string("is a damaged archive: a member ") +
+                               (got < 0 ? "cannot be unpacked" : "ends before its values do"));
     member.at += bytes;
   }
 
@@ -79,7 +75,7 @@ struct Npz final : FileFormat {
   static void check_end(Member& member) {
     char more = 0;
     if (zip_fread(member.file.get(), &more, 1) != 0)
-      throw std::runtime_error(std::string("is a damaged archive: ") + zip_file_strerror(member.file.get()));
+      throw std::runtime_error("is a damaged archive: a member is not what its checksum says");
     member.file.reset();
   }
 

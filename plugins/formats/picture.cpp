@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/picture_file.hpp"
+#include "io/picture_decoder.hpp"
 
 namespace tofgraph {
 
@@ -36,10 +36,7 @@ struct Picture final : FileFormat {
       const std::string text = error.what();
       throw std::runtime_error(text.starts_with(path + " ") ? text.substr(path.size() + 1) : text);
     }
-    if (!cv::imreadmulti(path, pages_, cv::IMREAD_UNCHANGED) || pages_.empty()) {
-      pages_ = {cv::imread(path, cv::IMREAD_UNCHANGED)};
-      if (pages_[0].empty()) throw std::runtime_error("cannot be read as a picture");
-    }
+    pages_ = io::decode_pages(path);
     if (pages > 0 && pages_.size() != pages)
       throw std::runtime_error("announces " + std::to_string(pages) + " pages, but " + std::to_string(pages_.size()) +
                                " can be read: it was cut off or is damaged");

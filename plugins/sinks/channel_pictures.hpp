@@ -187,16 +187,15 @@ struct ChannelPictures : Sink {
   /// @throws std::runtime_error when the picture cannot be a file of that kind, as one too large
   std::vector<std::uint8_t> encoded(const char* extension, const cv::Mat& image,
                                     const std::vector<int>& options = {}) const {
-    const auto refuse = [&](const std::string& why) {
-      throw std::runtime_error(fmt::format("'{}' as a picture of {} x {} px cannot be encoded as {}{}", channel_,
-                                           image.cols, image.rows, extension, why));
-    };
     std::vector<std::uint8_t> bytes;
+    bool encoded = false;
     try {
-      if (!cv::imencode(extension, image, bytes, options)) refuse("");
-    } catch (const cv::Exception& error) {
-      refuse(fmt::format(": {}", error.what()));
+      encoded = cv::imencode(extension, image, bytes, options);
+    } catch (const cv::Exception&) {  // its words are about OpenCV
     }
+    if (!encoded)
+      throw std::runtime_error(fmt::format("'{}' as a picture of {} x {} px cannot be encoded as {}", channel_,
+                                           image.cols, image.rows, extension));
     return bytes;
   }
 

@@ -8,7 +8,7 @@ docs/calibrate_a_camera.md in their order, and judged by surfaces at distances a
 
 Prints a table for each camera: what each calibration brought, in mm, and each requirement with its figure. trial.json
 has the same. Exit code 1 where a requirement is not met."""
-import argparse, json, math, os, subprocess, sys, time
+import argparse, json, math, os, resource, subprocess, sys, time
 from pathlib import Path
 
 STEPS = [("lens", "intrinsics"), ("noise", "noise"), ("response", "response"), ("warm", "warm-up"),
@@ -29,7 +29,7 @@ REQUIRED = {"mean_bias": (0.8, "mm"), "worst_bias": (2, "mm"), "flatness": (1.5,
 
 class Trial:
     def __init__(self, build, folder, seed, side, noise, foreign):
-        self.folder, self.seconds = folder, {}
+        self.folder, self.seconds, self.processor_seconds = folder, {}, {}
         self.program = str((Path(build) / "bin/tofgraph").resolve())
         self.environment = {**os.environ, "XDG_DATA_HOME": str(folder.resolve() / "data"),
                             "XDG_CACHE_HOME": str(folder.resolve() / "cache")}
@@ -47,10 +47,11 @@ class Trial:
     def tofgraph(self, *arguments):
         """One command as a lab gives it; its time is kept."""
         command = " ".join(arguments)
-        start = time.monotonic()
+        start, used = time.monotonic(), processor_seconds()
         done = subprocess.run([self.program, *arguments], cwd=self.folder, env=self.environment, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
         self.seconds[command] = time.monotonic() - start
+        self.processor_seconds[command] = processor_seconds() - used
         print(f"$ tofgraph {command}\n{done.stdout}[{done.returncode}, {self.seconds[command]:.1f} s]\n",
               file=self.log, flush=True)
         if done.returncode != 0:
@@ -108,6 +109,12 @@ class Trial:
                 "slowest": max(self.seconds.values())}
 
 
+def processor_seconds():
+    """Of all programs that were run and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def corner_angle(folder):
     """Angle between the walls, degrees: a plane through the points of each side, 0.15 m and more from the edge."""
     sides = ([], [])
@@ -160,8 +167,11 @@ def main():
         trial = Trial(arguments.build, Path(arguments.out) / f"seed{seed}", int(seed), arguments.side,
                       arguments.noise, arguments.foreign)
         rows, figures = trial.run(not arguments.last)
-        results[seed] = {"steps": rows, "figures": figures, "seconds": trial.seconds}
+        results[seed] = {"steps": rows, "figures": figures, "seconds": trial.seconds,
+                         "processor_seconds": trial.processor_seconds}
         print(f"camera {seed}, mm\n{table(rows)}")
+        slowest = max(trial.seconds, key=trial.seconds.get)
+        print(f"slowest: tofgraph {slowest}, {trial.processor_seconds[slowest]:.1f} s of the processors")
         for name, (limit, unit) in REQUIRED.items():
             good = abs(figures[name]) <= limit
             met = met and good

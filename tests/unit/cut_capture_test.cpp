@@ -10,6 +10,11 @@
 #include "tests/unit/capture_fixture.hpp"
 #include "tests/unit/raw_capture.hpp"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tofgraph::tests {
@@ -101,6 +106,136 @@ TEST_F(CutCapture, ARecordingOfThisProgramIsRepairedToo) {
     for (const float value : values) ASSERT_EQ(value, static_cast<float>(f + 1));
   }
 }
+
+/// Ends in the file of each frame: the farthest of its chunks, by HDF5 itself.
+std::vector<std::uintmax_t> ends_of_frames(const fs::path& file, const std::vector<std::string>& channels) {
+  std::vector<std::uintmax_t> ends;
+  const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
+  for (const std::string& channel : channels) {
+    const hid_t set = H5Dopen2(h5, ("/frames/" + channel).c_str(), H5P_DEFAULT), space = H5Dget_space(set);
+    hsize_t size[3] = {}, count = 0;
+    H5Sget_simple_extent_dims(space, size, nullptr);
+    H5Dget_num_chunks(set, space, &count);
+    ends.resize(count);
+    for (hsize_t i = 0; i < count; ++i) {
+      hsize_t at[3] = {}, bytes = 0;
+      haddr_t place = 0;
+      unsigned filters = 0;
+      H5Dget_chunk_info(set, space, i, at, &filters, &place, &bytes);
+      ends.at(at[0]) = std::max<std::uintmax_t>(ends[at[0]], place + bytes);
+    }
+    H5Sclose(space);
+    H5Dclose(set);
+  }
+  H5Fclose(h5);
+  return ends;
+}
+
+struct Ending {
+  const char* name;
+  int compression;
+  bool killed;
+};
+
+/// Recordings of this program, cut by a share of their bytes, at the end of a frame and one byte before it.
+class CutRecording : public CutCapture, public testing::WithParamInterface<Ending> {
+ protected:
+  static constexpr std::size_t recorded = 60;
+  static float value(std::size_t number, std::size_t pixel) {
+    return static_cast<float>(1 + number) + 1e-3F * static_cast<float>(pixel % 97);
+  }
+
+  static void record(const fs::path& file, int compression, bool finish) {
+    io::CaptureHeader header;
+    header.camera = "test";
+    header.width = header.height = side;
+    io::CaptureWriter writer(file, header,
+                             {{"range", TOFGRAPH_TYPE_F32, {side, side}, "m", "", "", ""},
+                              {"amplitude", TOFGRAPH_TYPE_F32, {side, side}, "counts", "", "", ""}},
+                             {.compression = compression});
+    for (std::size_t i = 0; i < recorded; ++i) {
+      std::vector<float> images[2] = {std::vector<float>(frame), std::vector<float>(frame)};
+      for (std::size_t p = 0; p < frame; ++p) images[1][p] = 2 * (images[0][p] = value(i, p));
+      std::array<tofgraph_view, 2> views{};
+      for (std::size_t c = 0; c < 2; ++c)
+        views[c] = {.size = sizeof views[c],
+                    .type = TOFGRAPH_TYPE_F32,
+                    .rank = 2,
+                    .data = images[c].data(),
+                    .extent = {side, side},
+                    .stride = {side * sizeof(float), sizeof(float)}};
+      writer.append({.size = sizeof(tofgraph_metadata),
+                     .device_number = i,
+                     .timestamp_ns = 1000 + static_cast<std::int64_t>(i),
+                     .integration_time = 2e-3},
+                    views);
+    }
+    if (!finish) _exit(0);  // as a kill: the writer's end would close the file in order
+    writer.finish(R"({"made": "by a test"})");
+  }
+
+  /// @returns the capture, or the .part of a recorder that was killed
+  fs::path recording() const {
+    if (!GetParam().killed) {
+      record(path, GetParam().compression, true);
+      return path;
+    }
+    const pid_t child = fork();
+    if (child == 0) record(path, GetParam().compression, false);
+    int status = 0;
+    waitpid(child, &status, 0);
+    return io::CaptureWriter::part_of(path);
+  }
+};
+
+TEST_P(CutRecording, KeepsTheFramesWhoseChunksAreWholeAndCountsTheOthers) {
+  const fs::path whole = recording();
+  const std::vector<std::uintmax_t> ends = ends_of_frames(whole, {"range", "amplitude"});
+  ASSERT_EQ(ends.size(), recorded);
+  const std::uintmax_t size = fs::file_size(whole);
+  std::vector<std::uintmax_t> cuts = {size / 10, size / 2, size * 9 / 10, size - 1, size};
+  for (const std::size_t f : {0U, 7U, 30U}) cuts.insert(cuts.end(), {ends[f], ends[f] - 1});
+  const fs::path cut = folder.path() / ("cut" + whole.filename().string());
+  for (const std::uintmax_t bytes : cuts) {
+    fs::copy_file(whole, cut, fs::copy_options::overwrite_existing);
+    fs::resize_file(cut, bytes);
+    fs::remove(mended);
+    const auto held = static_cast<std::size_t>(std::ranges::count_if(ends, [&](auto end) { return end <= bytes; }));
+    io::Repaired result;
+    const std::string problem = thrown([&] { result = io::repair_capture(cut, mended, false); });
+    const std::string where = "at " + std::to_string(bytes) + " of " + std::to_string(size);
+    if (held == 0) {
+      EXPECT_EQ(problem, cut.string() + " was cut off: it has " + std::to_string(bytes) + " of " +
+                             std::to_string(size) + " bytes, and no whole frame is in them");
+      EXPECT_FALSE(fs::exists(mended));
+      continue;
+    }
+    ASSERT_EQ(problem, "") << where;
+    EXPECT_EQ(result.frames, held) << where;
+    EXPECT_EQ(result.cut, bytes < size) << where;
+    EXPECT_EQ(result.lost, bytes < size ? recorded - result.frames : 0) << where;
+    const io::CaptureReader reader(mended);
+    ASSERT_EQ(reader.frames(), result.frames) << where;
+    for (std::size_t f = 0; f < result.frames; ++f) {
+      std::vector<float> values(frame);
+      const tofgraph_metadata metadata = reader.metadata(f);
+      for (std::size_t c = 0; c < 2; ++c) {
+        reader.read(c, f, values.data());
+        const float scale = reader.channels()[c].name == "amplitude" ? 2 : 1;
+        for (std::size_t p = 0; p < frame; ++p) ASSERT_EQ(values[p], scale * value(f, p)) << where << " frame " << f;
+      }
+      // Known and right, or unknown and counted.
+      const bool lost = f + result.without_time >= result.frames;
+      EXPECT_EQ(metadata.timestamp_ns, lost ? 0 : 1000 + static_cast<std::int64_t>(f)) << where;
+      EXPECT_EQ(std::isnan(metadata.integration_time), lost) << where;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, CutRecording,
+                         testing::Values(Ending{"Plain", 0, false}, Ending{"Compressed", 4, false},
+                                         Ending{"Killed", 0, true}, Ending{"KilledCompressed", 4, true}),
+                         [](const auto& kind) { return std::string(kind.param.name); });
 
 TEST_F(CutCapture, WhatIsNotHdf5IsNotExtended) {
   write_text(path, std::string(5000, 'x'));

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/message_of.hpp"
+
 namespace tofgraph::graph {
 namespace {
 
@@ -26,6 +28,32 @@ TEST(Document, RefusesWhatYamlWouldReadSilently) {
   EXPECT_THROW(config::parse_document("a", "x: 1\n---\ny: 2\n"), config::ConfigurationError);
   EXPECT_THROW(config::parse_document("a", "[1, 2]: 3\n"), config::ConfigurationError);
   EXPECT_THROW(config::parse_document("a", "x: [1, 2\n"), config::ConfigurationError);
+}
+
+TEST(Document, MistakesAreToldInPlainWords) {
+  const std::pair<const char*, const char*> mistakes[] = {
+      {"a: {b: 1\n", "a '{' without its '}'"},
+      {"a: [1, 2\n", "a '[' without its ']'"},
+      {"a: 1]\nb: ]\n", "a ']' or '}' without its beginning"},
+      {"a: b: c\n", "no ':' is expected here"},
+      {"a: 1\n b: 2\n", "is the indentation right?"},
+      {"a:\n  - 1\n b: 2\n", "is its indentation right?"},
+      {"a:\n\t- 1\n", "is the indentation right?"},
+      {"a: 'x\n---\nb'\n", "'---' or '...' within a text"},
+      {"a: \"two words\n", "a text between quotes does not end"},
+      {"a: @home\n", "put the text between quotes"},
+      {"a: \"\\q\"\n", "put the text between single quotes"},
+      {"a: *none\n", "'*' refers to a name that no '&' gives"},
+      {"a: 'two words\nb: 1\n", "a text between quotes does not end"},
+      {"a: &\n", "not understood"},
+  };
+  for (const auto& [text, words] : mistakes) {
+    const std::string said = message_of([&] { config::parse_document("a.yaml", text); });
+    EXPECT_NE(said.find("YAML syntax: "), std::string::npos) << text << said;
+    EXPECT_NE(said.find(words), std::string::npos) << text << said;
+    for (const char* raw : {"illegal", "not found", "unknown token", "end of", "anchor", "bad "})
+      EXPECT_EQ(said.find(raw), std::string::npos) << text << said;
+  }
 }
 
 TEST(Document, ACommaWhereADocumentMayBeginIsAnError) {

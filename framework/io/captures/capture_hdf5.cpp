@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <string_view>
 #include <utility>
 
@@ -22,6 +23,26 @@ herr_t keep_description(unsigned, const H5E_error2_t* error, void* text) {
   return 1;  // the first that is walked to is the innermost
 }
 
+/// @param words HDF5's own, of version 1.10
+Failure explained(const std::string& words) {
+  const auto says = [&words](std::string_view part) { return words.find(part) != std::string::npos; };
+  unsigned long long left = 0, whole = 0;
+  if (std::sscanf(words.c_str(), "truncated file: eof = %llu, sblock->base_addr = %*u, stored_eof = %llu", &left,
+                  &whole) == 2)
+    return {.text = fmt::format(
+                "it was cut off: it has {} of {} bytes; 'tofgraph repair' keeps the whole frames of a capture", left,
+                whole)};
+  if (says("already open for")) return {.text = "another program has it open for writing", .being_written = true};
+  if (says("unable to lock file") && says("errno = 11,")) return {.text = "another program has it open"};
+  constexpr std::string_view system = "error message = '";
+  if (const std::size_t at = words.find(system); at != std::string::npos) {
+    const std::size_t begin = at + system.size();
+    return {.text = words.substr(begin, words.find('\'', begin) - begin)};
+  }
+  if (says("allocation failed")) return {.text = "it asks for more memory than is allowed"};
+  return {.text = "it is damaged"};
+}
+
 }  // namespace
 
 Lock::Lock() : lock_(mutex()) {
@@ -30,11 +51,11 @@ Lock::Lock() : lock_(mutex()) {
   static_cast<void>(silenced);
 }
 
-std::string last_error() {
-  std::string text;
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &text);
+Failure last_failure() {
+  std::string words;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &words);
   H5Eclear2(H5E_DEFAULT);
-  return text.empty() ? "HDF5 gives no reason" : text;
+  return explained(words);
 }
 
 std::string missing_filter(hid_t dataset) {

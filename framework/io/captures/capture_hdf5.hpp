@@ -22,8 +22,15 @@ class Lock {
   std::unique_lock<std::mutex> lock_;
 };
 
-/// HDF5's message on the last failed call, from the innermost cause; clears the stack.
-std::string last_error();
+/// Cause of the last failed call, in plain words. HDF5's own name functions and variables of the library.
+struct Failure {
+  std::string text;            ///< "it was cut off: it has 600 of 1300 bytes", or what the system says
+  bool being_written = false;  ///< the file is marked as open for writing
+};
+
+/// The innermost cause; clears the stack.
+Failure last_failure();
+inline std::string last_error() { return last_failure().text; }
 
 /// An identifier that is given back.
 class Handle {
@@ -51,7 +58,7 @@ class Handle {
   Close close_ = nullptr;
 };
 
-/// @throws std::runtime_error "WHAT: what HDF5 says" for a negative result
+/// @throws std::runtime_error "WHAT: CAUSE" for a negative result
 template <class Result> Result check(Result result, const std::string& what) {
   if (result < 0) throw std::runtime_error(what + ": " + last_error());
   return result;

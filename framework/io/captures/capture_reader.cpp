@@ -166,14 +166,15 @@ void CaptureReader::Impl::open() {
   finished = file.extension() != ".part" && !is_cut();
   h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (h5) return;
-  const std::string why = h5::last_error();
+  h5::Failure why = h5::last_failure();
   // A recording that runs, or whose recorder was killed, is marked: it can be read up to its last flush.
-  if (why.find("already open for") != std::string::npos) {
+  if (why.being_written) {
     check(H5Pset_metadata_read_attempts(access, 10), "reading while it is written");
     h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access), H5Fclose);
+    if (!h5) why = h5::last_failure();
     finished = false;
   }
-  if (!h5) throw std::runtime_error("cannot be opened as HDF5: " + why);
+  if (!h5) throw std::runtime_error("cannot be opened as HDF5: " + why.text);
 }
 
 std::int64_t CaptureReader::Impl::side(const char* name) const {

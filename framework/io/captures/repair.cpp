@@ -96,9 +96,9 @@ struct RepairSource {
       fs::resize_file(copy.path, whole);
       try {
         reader = std::make_unique<CaptureReader>(copy.path, size);
-      } catch (const std::runtime_error& problem) {
-        throw std::runtime_error(fmt::format("{} was cut off: it has {} of {} bytes, and no frame can be read: {}",
-                                             part.string(), size, whole, problem.what()));
+      } catch (const std::runtime_error&) {
+        throw std::runtime_error(fmt::format("{} was cut off: it has {} of {} bytes, and no whole frame is in them",
+                                             part.string(), size, whole));
       }
       cut = true;
     }
@@ -139,7 +139,12 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
     if (frame_done) frame_done(result.frames + 1, reader.frames());
   }
   writer.finish();
-  if (source.cut) result.lost = reader.announced_frames() - result.frames;
+  result.cut = source.cut;
+  if (source.cut) {
+    result.lost = reader.announced_frames() - result.frames;
+    for (std::size_t i = 0; i < result.frames; ++i)
+      result.without_time += (reader.known(i, i) & TOFGRAPH_KNOWS_TIMESTAMP) == 0 ? 1 : 0;
+  }
   return result;
 }
 

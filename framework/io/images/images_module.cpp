@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files of images: HDF5, PNG, TIFF, NumPy. A module, so that what never reads one links none of their libraries.
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include <fmt/format.h>
 
@@ -12,15 +11,19 @@
 #include "io/captures/capture_map.hpp"
 #include "io/image_data.hpp"
 #include "io/npy.hpp"
-#include "io/picture_file.hpp"
+#include "io/picture_decoder.hpp"
 
 namespace tofgraph::io {
 namespace {
 
 ImageData from_picture(const std::string& file) {
   check_picture(file);
-  const cv::Mat picture = cv::imread(file, cv::IMREAD_UNCHANGED);
-  if (picture.empty()) throw std::runtime_error(file + " cannot be read as a picture");
+  cv::Mat picture;
+  try {
+    picture = decode_picture(file, cv::IMREAD_UNCHANGED);
+  } catch (const std::runtime_error& problem) {
+    throw std::runtime_error(file + " " + problem.what());
+  }
   if (picture.channels() != 1)
     throw std::runtime_error(
         fmt::format("{} has {} colour channels, expected one value per pixel", file, picture.channels()));

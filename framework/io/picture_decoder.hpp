@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Decoding of pictures by OpenCV, without the words of its libraries: it, libpng, libtiff and libjpeg print what
+/// they think of a file, and throw some of it.
+#pragma once
+
+#include <opencv2/imgcodecs.hpp>
+
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+#include "config/silence.hpp"
+#include "io/picture_file.hpp"
+
+namespace tofgraph::io {
+
+inline constexpr const char* undecodable = "cannot be read as a picture: it is damaged, or of a kind that is not read";
+
+/// The pages of a picture, as they are stored. A file that ends too early is check_picture's to find.
+/// @returns at least one page, none empty @throws std::runtime_error `undecodable`
+inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
+  const config::SilentLibraries silent;
+  std::vector<cv::Mat> pages;
+  try {
+    if (!cv::imreadmulti(file.string(), pages, cv::IMREAD_UNCHANGED) || pages.empty())
+      pages = {cv::imread(file.string(), cv::IMREAD_UNCHANGED)};
+  } catch (const cv::Exception&) {
+    pages.clear();
+  }
+  for (const cv::Mat& page : pages) {
+    if (page.empty()) pages.clear();
+  }
+  if (pages.empty()) throw std::runtime_error(undecodable);
+  return pages;
+}
+
+/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error `undecodable`
+inline cv::Mat decode_picture(const std::filesystem::path& file, int modes) {
+  const config::SilentLibraries silent;
+  cv::Mat picture;
+  try {
+    picture = cv::imread(file.string(), modes);
+  } catch (const cv::Exception&) {
+    picture.release();
+  }
+  if (picture.empty()) throw std::runtime_error(undecodable);
+  return picture;
+}
+
+}  // namespace tofgraph::io
