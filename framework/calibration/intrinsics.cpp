@@ -263,7 +263,15 @@ bool doubtful(const Intrinsics& result) {
 }
 
 std::vector<std::string> notes_of(const Intrinsics& result) {
-  std::vector<std::string> notes = result.views.notes;
+  std::vector<std::string> notes;  // the gravest first: few are printed
+  if (result.lens.found)
+    notes.push_back(
+        fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
+                    result.lens.size, result.lens.explanation,
+                    result.views.observations.fisheye
+                        ? ""
+                        : "; try --free k3, --free rational or, for a wide angle, lens: fisheye in the profile"));
+  notes.insert(notes.end(), result.views.notes.begin(), result.views.notes.end());
   for (const SkippedView& skipped : result.views.skipped)
     notes.push_back(fmt::format("{}: not used: {}", skipped.id, skipped.reason));
   for (const LeftOut& out : result.solution.left_out)
@@ -273,10 +281,6 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
                                 result.views.observations.views[kept.view].id, min_views, kept.reason));
   add_distance_notes(result, notes);
   add_fit_notes(result, notes);
-  if (result.lens.found)
-    notes.push_back(fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
-                                result.lens.size, result.lens.explanation,
-                                result.views.observations.fisheye ? "" : "; try --free k3 or --free rational"));
   if (result.board.found)
     notes.push_back(
         fmt::format("the board is bent otherwise than fitted: the residuals have a pattern of {:.3f} px that "

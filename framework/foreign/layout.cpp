@@ -14,6 +14,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace tofgraph::foreign {
 namespace {
@@ -36,13 +37,24 @@ std::string joined(const config::Value& value) {
   return text;
 }
 
+/// A whole number as it is written, 4095 or 0x0fff.
+std::optional<std::uint64_t> whole_number(const std::string& text) {
+  const bool hex = text.starts_with("0x");
+  std::uint64_t bits = 0;
+  const char *begin = text.data() + (hex ? 2 : 0), *end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(begin, end, bits, hex ? 16 : 10);
+  return error == std::errc() && stop == end && begin != end ? std::optional(bits) : std::nullopt;
+}
+
 std::vector<double> numbers_of(const config::Entry& entry, config::Diagnostics& diagnostics) {
   std::vector<double> values;
   const std::vector<config::Value> items =
       entry.value.is_list() ? entry.value.items : std::vector<config::Value>{entry.value};
   for (const config::Value& item : items) {
     const config::Quantity number = config::parse_quantity(item.text, "");
-    if (number.ok())
+    if (const auto bits = whole_number(item.text))
+      values.push_back(static_cast<double>(*bits));
+    else if (number.ok())
       values.push_back(number.value);
     else
       diagnostics.error(item.at, fmt::format("'{}' must be numbers, found {}", entry.key, item.described()),
@@ -71,14 +83,8 @@ ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diag
   }
   if (const config::Entry* invalid = reader.take("invalid")) channel.invalid = numbers_of(*invalid, diagnostics);
   if (const config::Entry* mask = reader.take("mask")) {
-    const std::string& text = mask->value.text;
-    const bool hex = text.starts_with("0x");
-    std::uint64_t bits = 0;
-    const char *begin = text.data() + (hex ? 2 : 0), *end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(begin, end, bits, hex ? 16 : 10);
-    if (error == std::errc() && stop == end && begin != end)
-      channel.mask = bits;
-    else
+    channel.mask = whole_number(mask->value.text);
+    if (!channel.mask)
       diagnostics.error(mask->value.at, fmt::format("'mask' must be a whole number, found {}", mask->value.described()),
                         "example: mask: 0x0fff");
   }

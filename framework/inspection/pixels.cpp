@@ -93,7 +93,8 @@ void add_stripes(Inspection& result) {
       excess += sum / count * (sum / count) - s.pixel_noise * s.pixel_noise / count;
     }
     const double size = judged > 0 ? std::sqrt(std::max(excess / judged, 0.0)) : 0;
-    if (judged < 20 || size < std::max(0.3 * s.pixel_noise, 0.0005)) continue;
+    // The noise may not be known, NaN: then nothing can be said.
+    if (judged < 20 || !(size >= 0.3 * s.pixel_noise && size >= 0.0005)) continue;
     result.findings.push_back(finding(
         "stripes", fmt::format("{} differ from each other", rows ? "rows" : "columns"),
         fmt::format("their means scatter by {:.2g} mm about the surface, beyond noise: interference, or a readout "

@@ -115,8 +115,12 @@ class HeaderReader {
     static constexpr std::array<std::string_view, 11> known = {"f4", "f8", "u1", "u2", "u4", "u8",
                                                                "i1", "i2", "i4", "i8", "b1"};
     const bool order = type.size() == 3 && std::string_view("<>|=").find(type[0]) != std::string_view::npos;
-    if (!order || std::ranges::find(known, type.substr(1)) == known.end())
-      fail(fmt::format("holds elements of type '{}', expected f4, f8 or integers of up to 64 bits", type));
+    if (!order || std::ranges::find(known, type.substr(1)) == known.end()) {
+      const std::string problem =
+          fmt::format("holds elements of type '{}', expected f4, f8 or integers of up to 64 bits", type);
+      if (type.find_first_of("USOMmV") != std::string_view::npos) throw NotNumbers(problem);
+      fail(problem);
+    }
     header.order = type[0];
     header.kind = type[1];
     header.bytes = static_cast<std::size_t>(type[2] - '0');

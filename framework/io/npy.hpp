@@ -8,10 +8,16 @@
 #include <bit>
 #include <cstdint>
 #include <istream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace tofgraph::io {
+
+/// Thrown for elements that are no numbers: texts, dates, records, Python's objects.
+struct NotNumbers : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// Header of an array.
 struct NpyHeader {

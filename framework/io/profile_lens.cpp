@@ -29,8 +29,10 @@ void read_focal_length(config::Reader& reader, const config::Entry& focal, tofgr
   for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];
 }
 
-/// The pinhole that the data sheet's field of view implies, with the axis in the middle of the image.
-void use_field_of_view(const config::Entry& field, tofgraph_camera& camera, config::Diagnostics& diagnostics) {
+/// The pinhole, or the fisheye without distortion (radius = focal length x angle), that the data sheet's field of view
+/// implies, with the axis in the middle of the image.
+void use_field_of_view(const config::Entry& field, bool fisheye, tofgraph_camera& camera,
+                       config::Diagnostics& diagnostics) {
   double angles[2];
   const std::size_t errors = diagnostics.errors();
   read_pair(field, "rad", "[40 deg, 30 deg]", angles, diagnostics);
@@ -38,7 +40,7 @@ void use_field_of_view(const config::Entry& field, tofgraph_camera& camera, conf
   const double sides[] = {static_cast<double>(camera.width), static_cast<double>(camera.height)};
   for (int i = 0; i < 2; ++i) {
     if (!(angles[i] < 3.1)) return diagnostics.error(field.value.at, "'field_of_view' must be less than 178 deg");
-    camera.focal_px[i] = sides[i] / 2 / std::tan(angles[i] / 2);
+    camera.focal_px[i] = sides[i] / 2 / (fisheye ? angles[i] / 2 : std::tan(angles[i] / 2));
     camera.principal_point[i] = (sides[i] - 1) / 2;
   }
   camera.focal_length = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
@@ -104,8 +106,9 @@ void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Va
   }
   const config::Entry* field = document.is_map() ? document.find("field_of_view") : nullptr;
   const bool last_resort = field != nullptr && document.find("focal_length") == nullptr;
+  const config::Entry* lens = document.is_map() ? document.find("lens") : nullptr;
   if (last_resort)
-    use_field_of_view(*field, camera, diagnostics);
+    use_field_of_view(*field, lens != nullptr && lens->value.text == "fisheye", camera, diagnostics);
   else if (const config::Entry* focal = reader.need("focal_length", "12.8 mm"))
     read_focal_length(reader, *focal, camera, diagnostics);
   const std::vector<double> centre = reader.numbers("principal_point", "", "[101.5, 101.5]");

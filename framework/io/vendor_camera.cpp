@@ -105,12 +105,16 @@ class VendorFile {
       c.height = number(document_, "image_height");
     }
     const std::string model = word(document_, "distortion_model");
-    c.fisheye = model == "equidistant" || model == "fisheye";
+    // OpenCV's program of calibration says it by a number, or by the name of its coefficients' module.
+    const std::string by_number = word(document_, "fisheye_model");
+    c.fisheye = model == "equidistant" || model == "fisheye" || (!by_number.empty() && by_number != "0");
     if (!model.empty() && !c.fisheye && model != "plumb_bob" && model != "rational_polynomial")
       refuse(fmt::format("has the lens model '{}', which a profile cannot hold: plumb_bob, rational_polynomial, "
                          "equidistant",
                          model),
              &need(document_, "distortion_model"));
+    // OpenCV's last two of fourteen tilt the sensor; they are there with zeros where they were not fitted.
+    if (c.distortion.size() == 14 && c.distortion[12] == 0 && c.distortion[13] == 0) c.distortion.resize(12);
     c.name = word(document_, "camera_name");
     c.source = model.empty() ? "OpenCV" : "camera_info of ROS";
     return c;
@@ -214,7 +218,9 @@ std::string profile_of_vendor_file(const std::filesystem::path& file, const std:
   if (!sizes || !(c.fx > 0) || !(c.fy > 0) || c.distortion.size() > 12)
     throw config::ConfigurationError(fmt::format(
         "{}: error: the file states a camera of {} x {} px, fx {}, fy {}, {} coefficients of the lens: expected 1 "
-        "to 16384 px, positive focal lengths in pixels, at most 12 coefficients",
+        "to 16384 px, positive focal lengths in pixels, at most 12 coefficients (a tilted sensor, OpenCV's 13th and "
+        "14th, "
+        "has no place in a profile)",
         file.string(), c.width, c.height, c.fx, c.fy, c.distortion.size()));
   std::string name = c.name.empty() ? file.stem().string() : c.name;
   for (char& letter : name)

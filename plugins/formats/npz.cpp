@@ -11,8 +11,8 @@
 
 namespace tofgraph {
 
-/// Members whose names end in .npy are arrays; others are left alone. A member is decompressed as far as it is read, so
-/// that an archive that announces more than it holds costs nothing.
+/// Members whose names end in .npy are arrays; others are left alone, and those whose elements are no numbers, too. A
+/// member is decompressed as far as it is read, so that an archive that announces more than it holds costs nothing.
 struct Npz final : FileFormat {
   static constexpr const char* endings = "npz";
   static bool recognises(std::span<const std::uint8_t> head) {
@@ -27,6 +27,7 @@ struct Npz final : FileFormat {
                                                      : "is a damaged archive");
     const zip_int64_t count = zip_get_num_entries(archive_.get(), 0);
     for (zip_int64_t i = 0; i < count; ++i) add_member(static_cast<zip_uint64_t>(i));
+    if (arrays().empty() && !not_numbers_.empty()) throw std::runtime_error(not_numbers_);
     if (arrays().empty()) throw std::runtime_error("is an archive without .npy files in it");
   }
 
@@ -105,6 +106,9 @@ struct Npz final : FileFormat {
     try {
       member.header = io::read_npy_header(in, about.size);
       add(npy_array(member.header, name.substr(0, name.size() - 4), about.size - member.header.begin));
+    } catch (const io::NotNumbers& error) {  // texts and notes beside the measurement
+      not_numbers_ = "has the member '" + name + "', which " + error.what();
+      return;
     } catch (const std::runtime_error& error) {
       throw std::runtime_error("has the member '" + name + "', which " + error.what());
     }
@@ -113,6 +117,7 @@ struct Npz final : FileFormat {
 
   std::unique_ptr<zip_t, CloseArchive> archive_;
   std::vector<Member> members_;  // before the archive is closed
+  std::string not_numbers_;      // of the last member without numbers
 };
 
 }  // namespace tofgraph

@@ -36,7 +36,8 @@ struct FileReader final : Source {
       {.text = "the channel of the array, e.g. depth; of one of several arrays CHANNEL=ARRAY; several with commas"}};
   Param<std::string> unit{this, "unit", {.text = "of lengths: of a value of 1, e.g. mm or 0.25 mm"}};
   Param<std::string> axes{this, "axes", {.text = "of the array, slowest first, e.g. frame row column"}};
-  Param<std::vector<double>> invalid{this, "invalid", {.text = "values that mean no measurement, e.g. [0, 65535]"}};
+  Param<std::vector<double>> invalid{
+      this, "invalid", {.text = "values that mean no measurement, of lengths where there are any, e.g. [0, 65535]"}};
   Param<double> integration_time{this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame"}};
   Param<double> modulation_frequency{
       this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "of every frame; default: the profile's"}};
@@ -162,10 +163,14 @@ struct FileReader final : Source {
     }
     if (result.channels.empty() && (unit.given() || axes.given() || invalid.given()))
       throw ConfigError("as", "must say which channel the array is, e.g. as: depth");
+    // A unit and a value for "not measured" are of lengths, where there are any: an amplitude may well be 0.
+    const auto is_length = [](const foreign::ChannelLayout& channel) {
+      return is_length_channel(channel.channel) || channel.channel == "sigma";
+    };
+    const bool lengths = std::ranges::any_of(result.channels, is_length);
     for (foreign::ChannelLayout& channel : result.channels) {
-      const bool length = is_length_channel(channel.channel) || channel.channel == "sigma";
-      if (unit.given() && (length || result.channels.size() == 1)) channel.unit = std::string(*unit);
-      if (invalid.given()) channel.invalid = *invalid;
+      if (unit.given() && (is_length(channel) || result.channels.size() == 1)) channel.unit = std::string(*unit);
+      if (invalid.given() && (is_length(channel) || !lengths)) channel.invalid = *invalid;
       if (!axes.given()) continue;
       const auto parsed = foreign::parse_axes(std::string(*axes));
       if (!parsed)

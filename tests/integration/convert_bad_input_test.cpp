@@ -65,6 +65,32 @@ np.savez("objects.npz", a=np.array([[{}]], dtype=object))
   EXPECT_THAT(convert("text.mat --as amplitude").err, HasSubstr("the head of a variable has no end"));
 }
 
+TEST_F(ConvertBadInput, NotesBesideTheMeasurementAreLeftAloneAndZerosOfAnAmplitudeAreValues) {
+  if (!python(R"(
+r = np.full((6, 8), 1.5)
+r[0, :2] = 0
+a = np.arange(48.0).reshape(6, 8)
+np.savez("scan.npz", range=r, amplitude=a, note=np.array("made in the hall"), when=np.datetime64("2026-01-01"),
+         more=np.array([{}], dtype=object))
+np.savez("half.npz", range=r, amplitude=a.astype("f2"))
+(np.full((6, 8), 700) | 0x8000 * (np.arange(48).reshape(6, 8) == 5)).astype("<u2").tofile("codes.raw")
+)"))
+    GTEST_SKIP() << "NumPy is not installed";
+  const Outcome outcome = convert("scan.npz --as range=range,amplitude=amplitude --unit m --invalid 0");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    EXPECT_EQ(frames<std::uint16_t>("flags")[i], i < 2 ? 1 : 0) << i << ": an amplitude of 0 is no lack of a range";
+    EXPECT_EQ(frames<float>("amplitude")[i], static_cast<float>(i));
+  }
+  EXPECT_THAT(convert("half.npz --as range=range --unit m").err, HasSubstr("holds elements of type '<f2'"));
+  write_text(path("codes.yaml"),
+             "layout: 1\narrays:\n  raw: {type: uint16, shape: [6, 8]}\nchannels:\n"
+             "  depth: {array: raw, axes: row column, unit: mm, invalid: [0x82bc]}\n");
+  const Outcome codes = convert("codes.raw --layout codes.yaml");
+  ASSERT_EQ(codes.exit_code, 0) << codes.err;
+  for (std::size_t i = 0; i < small_pixels; ++i) EXPECT_EQ(frames<std::uint16_t>("flags")[i], i == 5 ? 1 : 0) << i;
+}
+
 TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
   const bool there = python("a = np.ones((5, 6, 8), 'f4')\nnp.save('a.npy', a)\nnp.savez_compressed('a.npz', a=a)\n");
   if (!there) GTEST_SKIP() << "NumPy is not installed";

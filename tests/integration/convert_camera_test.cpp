@@ -119,6 +119,19 @@ TEST_F(ConvertCamera, AzureKinectNeedsItsDepthMode) {
   for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(d[i], expected[i], 1e-6) << i;
 }
 
+TEST_F(ConvertCamera, OpenCvsTiltIsLeftOutWhereItIsZeroAndRefusedElsewhere) {
+  const std::string head =
+      "%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\ncamera_matrix: {data: [80, 0, 31, 0, 80, 24, 0, 0, 1]}\n";
+  const std::string twelve = "0.1, 0.2, 0.001, 0.002, 0.3, 0.4, 0.5, 0.6, 0.01, 0.02, 0.03, 0.04";
+  write_text(path("flat.yml"), head + "distortion_coefficients: {data: [" + twelve + ", 0, 0]}\n");
+  const auto camera = converted("flat.yml");
+  ASSERT_TRUE(camera);
+  EXPECT_EQ(tofgraph::io::distortion_of(camera->view()),
+            (std::vector<double>{0.1, 0.2, 0.001, 0.002, 0.3, 0.4, 0.5, 0.6, 0.01, 0.02, 0.03, 0.04}));
+  EXPECT_THAT(refused("tilted.yml", head + "distortion_coefficients: {data: [" + twelve + ", 0.01, 0]}\n"),
+              HasSubstr("14 coefficients of the lens: expected"));
+}
+
 TEST_F(ConvertCamera, FisheyesOfRosAndLibrealsense) {
   const std::string ros =
       "image_width: 848\nimage_height: 800\ncamera_name: wide\ndistortion_model: equidistant\n"
@@ -127,7 +140,11 @@ TEST_F(ConvertCamera, FisheyesOfRosAndLibrealsense) {
   const std::string realsense =
       "{\"width\":848,\"height\":800,\"ppx\":421.2,\"ppy\":398.5,\"fx\":286.1,\"fy\":286.3,"
       "\"model\":\"Kannala Brandt4\",\"coeffs\":[-0.0087,0.046,-0.0435,0.0081,0]}";
-  for (const auto& [name, text] : {std::pair{"ros.yaml", ros}, {"realsense.json", realsense}}) {
+  const std::string opencv =  // as its calibration program writes it
+      "%YAML:1.0\n---\nimage_width: 848\nimage_height: 800\nfisheye_model: 1\n"
+      "camera_matrix: {rows: 3, cols: 3, dt: d, data: [286.1, 0, 421.2, 0, 286.3, 398.5, 0, 0, 1]}\n"
+      "distortion_coefficients: {rows: 4, cols: 1, dt: d, data: [-0.0087, 0.046, -0.0435, 0.0081]}\n";
+  for (const auto& [name, text] : {std::pair{"ros.yaml", ros}, {"realsense.json", realsense}, {"opencv.yml", opencv}}) {
     write_text(path(name), text);
     const auto camera = converted(name);
     ASSERT_TRUE(camera) << name;

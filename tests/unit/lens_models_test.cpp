@@ -265,6 +265,11 @@ TEST_F(LensModels, AFieldOfViewIsALastResortWithAWarning) {
   EXPECT_EQ(camera->view().principal_point[0], 47.5);
   ASSERT_EQ(diagnostics.all().size(), 1U);
   EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("is all that is known of the lens"));
+  const io::CameraPtr fisheye =
+      io::load_profile(write("f.yaml", head + "lens: fisheye\nfield_of_view: [130 deg, 100 deg]\n"), diagnostics);
+  ASSERT_TRUE(fisheye);
+  EXPECT_NEAR(fisheye->view().focal_px[0], 48 / (65 * M_PI / 180), 1e-9) << "radius = focal length x angle";
+  EXPECT_NEAR(fisheye->view().focal_px[1], 40 / (50 * M_PI / 180), 1e-9);
 }
 
 /// The table goes with a recording: the profile inside names it by its absolute path.
