@@ -6,8 +6,9 @@
     tests/mutations.py [--build BUILD] [--only TEXT] [--slow]
 
 tests/mutations.txt lists them, four lines each: FILE, the text there, the text in its place, and a regular expression of
-ctest for the tests to try first. A fault that these do not catch meets every quick test, with --slow every test. The
-working tree must be clean; each file is put back afterwards. Exits with 1 where a fault went unnoticed.
+ctest for the tests to try first. A fault that these do not catch meets every quick test, with --slow every test. Without
+a fault the first tests must pass. The working tree must be clean; each file is put back afterwards. Exits with 1 where a
+fault went unnoticed, with 2 where something else is wrong.
 """
 
 import argparse
@@ -18,13 +19,18 @@ import sys
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 
 
+def stop(message):
+    print(message, file=sys.stderr)
+    sys.exit(2)
+
+
 def read_list():
     """(file, before, after, first tests) of each fault."""
     blocks = (SOURCE / "tests/mutations.txt").read_text().strip().split("\n\n")
     faults = [tuple(line for line in block.splitlines() if not line.startswith("#")) for block in blocks]
     for fault in faults:
         if len(fault) != 4 or (SOURCE / fault[0]).read_text().count(fault[1]) != 1:
-            sys.exit(f"tests/mutations.txt: not four lines, or the text is not once in its file: {fault}")
+            stop(f"tests/mutations.txt: not four lines, or the text is not once in its file: {fault}")
     return faults
 
 
@@ -36,11 +42,15 @@ def failed_tests(build, *selection):
     return [line.split(" - ", 1)[1].rsplit(" (", 1)[0] for line in failures.splitlines() if " - " in line]
 
 
-def caught_by(build, first, slow):
-    """Which run noticed a fault that is in the tree, and by which tests."""
+def compile_all(build):
     compiled = subprocess.run(["cmake", "--build", build, "-j", "2"], capture_output=True, text=True)
     if compiled.returncode != 0:
-        return "does not compile", []
+        stop(f"does not compile:\n{compiled.stdout[-2000:]}")
+
+
+def caught_by(build, first, slow):
+    """Which run noticed a fault that is in the tree, and by which tests."""
+    compile_all(build)
     runs = {"quick, first": ["-L", "^quick$", "-R", first], "quick": ["-L", "^quick$"]}
     if slow:
         runs["slow"] = ["-L", "^slow$"]
@@ -56,12 +66,14 @@ def main():
     parser.add_argument("--only", default="", help="faults in files with this text in their path")
     parser.add_argument("--slow", action="store_true", help="the slow tests, too, where the quick ones notice nothing")
     options = parser.parse_args()
-    if subprocess.run(["git", "diff", "--quiet"], cwd=SOURCE, check=False).returncode != 0:
-        sys.exit("mutations.py: the working tree has changes: commit them first")
+    if subprocess.run(["git", "diff", "--quiet", "HEAD"], cwd=SOURCE, check=False).returncode != 0:
+        stop("mutations.py: the working tree has changes: commit them first")
+    faults = [fault for fault in read_list() if options.only in fault[0]]
+    compile_all(options.build)
+    if failed := failed_tests(options.build, "-L", "^quick$", "-R", "|".join(fault[3] for fault in faults)):
+        stop(f"without any fault these fail: {'; '.join(failed)}")
     unnoticed = 0
-    for name, before, after, first in read_list():
-        if options.only not in name:
-            continue
+    for name, before, after, first in faults:
         file = SOURCE / name
         text = file.read_text()
         file.write_text(text.replace(before, after))
@@ -71,6 +83,7 @@ def main():
             file.write_text(text)
         unnoticed += by == "unnoticed"
         print(f"{by:16}  {name}: {before.strip()} -> {after.strip()}  {'; '.join(failed[:2])}", flush=True)
+    compile_all(options.build)
     return 1 if unnoticed else 0
 
 

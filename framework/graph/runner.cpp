@@ -143,6 +143,13 @@ void Runner::Impl::build(tbb::flow::graph& flow) {
 void Runner::Impl::flow() {
   tbb::task_group_context context;
   tbb::flow::graph flow(context);
+  struct Nodes {  // they must not outlive the flow
+    Impl& impl;
+    ~Nodes() {
+      impl.steps_.clear();
+      impl.sequencers_.clear();
+    }
+  } nodes{*this};
   build(flow);
   flow.reserve_wait();
   {
@@ -159,10 +166,12 @@ void Runner::Impl::flow() {
       flow.release_wait();
       fail(0, 0, config::what_was_thrown());
     }
-    flow.wait_for_all();
+    try {
+      flow.wait_for_all();
+    } catch (...) {  // the flow itself, e.g. without memory for its tasks
+      fail(0, done_, config::what_was_thrown());
+    }
   }
-  steps_.clear();
-  sequencers_.clear();
 }
 
 RunResult Runner::Impl::run() {

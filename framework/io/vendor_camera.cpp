@@ -105,7 +105,7 @@ class VendorFile {
       c.height = number(document_, "image_height");
     }
     const std::string model = word(document_, "distortion_model");
-    // OpenCV's program of calibration says it by a number, or by the name of its coefficients' module.
+    // OpenCV's calibration program writes it as a number.
     const std::string by_number = word(document_, "fisheye_model");
     c.fisheye = model == "equidistant" || model == "fisheye" || (!by_number.empty() && by_number != "0");
     if (!model.empty() && !c.fisheye && model != "plumb_bob" && model != "rational_polynomial")
@@ -219,8 +219,7 @@ std::string profile_of_vendor_file(const std::filesystem::path& file, const std:
     throw config::ConfigurationError(fmt::format(
         "{}: error: the file states a camera of {} x {} px, fx {}, fy {}, {} coefficients of the lens: expected 1 "
         "to 16384 px, positive focal lengths in pixels, at most 12 coefficients (a tilted sensor, OpenCV's 13th and "
-        "14th, "
-        "has no place in a profile)",
+        "14th, has no place in a profile)",
         file.string(), c.width, c.height, c.fx, c.fy, c.distortion.size()));
   std::string name = c.name.empty() ? file.stem().string() : c.name;
   for (char& letter : name)

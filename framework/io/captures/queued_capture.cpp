@@ -59,14 +59,15 @@ bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
     problem = config::what_was_thrown();
   }
   lock.lock();
-  if (!problem.empty()) {
-    error_ = problem;
-  } else {
+  const bool written = problem.empty();
+  if (written) {
     bytes_ -= frame.bytes;
     keep(std::move(frame));
+  } else {
+    error_ = std::move(problem);
   }
   changed_.notify_all();
-  return problem.empty();
+  return written;
 }
 
 /// Keeps the memory of a frame for one to come, where there is memory to remember it.
