@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Alone: cameras keep their own time
-// Slow: Record.AKilled*:Record.WhatIs*:Record.WritesThe*
+// Slow: Record.AKilled*:Record.ACut*:Record.WhatIs*:Record.WritesThe*
 // Rooms: recording io devices
 // `tofgraph record`, `repair` and `info` as a user runs them, before a simulated camera.
 #include <gtest/gtest.h>
@@ -141,6 +141,46 @@ TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
   EXPECT_LE(gaps, 6);
   EXPECT_LT(ages[ages.size() * 3 / 4], 1);
   EXPECT_LT(ages.back(), 5);
+}
+
+/// Of the recorder, of capture_writer, and of a recorder that was killed.
+TEST_F(Record, ACutRecordingIsRepairedAndItsLossIsTold) {
+  ASSERT_EQ(run(record + "-o recorded.h5 --frames 20 --set capture.compression=1").exit_code, 0);
+  ASSERT_EQ(
+      run("\"$TOFGRAPH\" run 'capture_reader file=recorded.h5 ! capture_writer path=written.h5' --camera camcube2")
+          .exit_code,
+      0);
+  ASSERT_EQ(
+      run(record + "-o killed.h5 2>err.txt & P=$!; until [ $(stat -c %s killed.h5.part 2>/dev/null || echo 0) -gt "
+                   "9000000 ]; do sleep 0.02; done; kill -9 $P; wait $P; [ -e killed.h5.part ]")
+          .exit_code,
+      0);
+  for (const std::string name : {"recorded.h5", "written.h5", "killed.h5.part"}) {
+    const std::uintmax_t size = fs::file_size(file(name));
+    std::size_t kept = 0;
+    for (const int percent : {10, 50, 90}) {
+      fs::copy_file(file(name), file("cut.h5"), fs::copy_options::overwrite_existing);
+      fs::resize_file(file("cut.h5"), size * static_cast<unsigned>(percent) / 100);
+      expect_words(run("\"$TOFGRAPH\" info cut.h5").err,
+                   {"it was cut off", "'tofgraph repair' keeps the whole frames"});
+      const Outcome repaired = run("\"$TOFGRAPH\" repair cut.h5 -o mended.h5 --force");
+      ASSERT_EQ(repaired.exit_code, 0) << name << repaired.err;
+      const std::size_t frames = raw_values<double>(file("mended.h5"), "/frames/integration_time_s").size();
+      EXPECT_GT(frames, kept) << name << " at " << percent << " %";
+      kept = frames;
+      std::size_t lost = 0, all = 0;
+      const std::string words = "cut.h5 was cut off: ";
+      const std::size_t at = repaired.err.find(words);
+      ASSERT_NE(at, std::string::npos) << repaired.err;
+      ASSERT_EQ(std::sscanf(repaired.err.c_str() + at + words.size(), "%zu of %zu frames are lost", &lost, &all), 2);
+      EXPECT_EQ(frames + lost, all) << repaired.err;
+      if (name != "killed.h5.part") {
+        EXPECT_EQ(all, 20U);
+      }
+      const auto taps = raw_values<std::uint16_t>(file("mended.h5"), "/frames/taps");
+      for (std::size_t i = 0; i < frames; ++i) ASSERT_GT(taps[i * 8 * 204 * 204 + 4 * 204 * 204 + 20000], 0) << i;
+    }
+  }
 }
 
 TEST_F(Record, AFullDiskTellsWhatIsMissingInAFewLines) {
