@@ -49,14 +49,17 @@ bool fails() {
 namespace tofgraph::tests {
 namespace {
 
-constexpr std::uint64_t frames = 4;
+constexpr std::uint64_t frames = 12, last_failing = 8;
 
-/// A run in which memory fails once the second frame has come. @returns the error; empty: it went well
+/// A run in which memory fails once the second frame has come, but not at its end: there the provenance is put
+/// together, and the destructor of nlohmann's JSON asks for memory itself, from which nothing can be saved. @returns
+/// the error; empty: it went well
 std::string run_with(long allocations, long number, const std::filesystem::path& capture) {
   Pipeline pipeline("ramp frames=" + std::to_string(frames) +
                     " ! make_depth ! capture_writer path=" + capture.string());
   pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
   pipeline.on_frame("ramp", [&](const Frame& frame) {
+    if (frame.metadata().number == last_failing) first = none;
     if (frame.metadata().number != 1 || number == 0) return;
     failed = 0;
     first = calls + allocations;
