@@ -3,7 +3,7 @@
 #include "diagnosis/model/linearisation.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/contrast.hpp"
+#include "diagnosis/model/nuisances.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -292,8 +292,7 @@ Solution solve_linear(const Problem& problem, const State& state, const Rows& ro
   std::vector<Gram> grams = grams_of(problem, state, rows, columns);
   std::vector<double> determinants(grams.size());
   for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.random_sd, determinants[i]);
-  const std::vector<double> all(grams.size(), 1);
-  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.random_sd);
+  return solve(assemble(grams, determinants, unknowns), unknowns, state.random_sd);
 }
 
 Rows with_nuisances(const Problem& problem, const State& state, Rows rows) {

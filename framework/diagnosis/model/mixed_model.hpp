@@ -71,9 +71,9 @@ struct NormalEquations {
   double log_determinant = 0;  ///< sum of the conditions'
 };
 
-/// @param weight of each condition (times it counts); of one without, the Gram may be empty
+/// @param weight times that each condition counts; empty: once
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
-                         const Unknowns& unknowns, std::span<const double> weight);
+                         const Unknowns& unknowns, std::span<const double> weight = {});
 
 struct Solution {
   Eigen::VectorXd values;
@@ -94,7 +94,6 @@ struct Profile {
   RandomEffectSd random_sd;
   Solution solution;
 };
-Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
-                const RandomEffectSd& start);
+Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, const RandomEffectSd& start);
 
 }  // namespace tofgraph::diagnosis

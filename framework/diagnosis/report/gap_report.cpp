@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/report/gap_report.hpp"
+#include "diagnosis/report/diagnosis.hpp"
 
 #include "diagnosis/report/gap_report_parts.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/search/condition_influence.hpp"
 #include "report/chart.hpp"
 
 #include <fmt/format.h>

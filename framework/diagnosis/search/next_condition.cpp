@@ -5,7 +5,6 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
 #include "diagnosis/model/residual_structure.hpp"
-#include "diagnosis/search/discrimination.hpp"
 
 #include <algorithm>
 #include <cmath>
