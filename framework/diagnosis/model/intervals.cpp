@@ -115,8 +115,7 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
   for (const Unseen& one : unseen) std::ranges::copy(one.columns, std::back_inserter(columns));
   const Unknowns unknowns = problem.unknowns(columns.size());
   std::vector<Gram> grams = grams_of(problem, fit.state, rows, columns);
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
+  const std::vector<double> determinants = marginalise(grams, fit.state.random_sd);
   const auto solved = [&](const std::vector<double>& weight) {
     NormalEquations equations = assemble(grams, determinants, unknowns, weight);
     for (auto j = static_cast<Eigen::Index>(own); j < unknowns.effects; ++j)

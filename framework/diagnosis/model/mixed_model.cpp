@@ -117,8 +117,7 @@ class VarianceFit {
 
  private:
   NormalEquations equations(const RandomEffectSd& random_sd) {
-    for (std::size_t i = 0; i < grams_.size(); ++i)
-      marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
+    for (std::size_t i = 0; i < grams_.size(); ++i) marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
     return assemble(marginals_, determinants_, unknowns_);
   }
 
@@ -178,6 +177,12 @@ Gram marginal(const Gram& gram, const RandomEffectSd& random_sd, double& log_det
   const Eigen::Matrix<double, random_directions, Eigen::Dynamic> taken =
       factor.lazyProduct(gram.middleRows<random_directions>(g));
   return gram - taken.transpose().lazyProduct(taken);
+}
+
+std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& random_sd) {
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], random_sd, determinants[i]);
+  return determinants;
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,

@@ -44,6 +44,9 @@ RandomMatrix downdate_factor(const RandomMatrix& gram, const RandomEffectSd& ran
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const RandomEffectSd& random_sd, double& log_determinant);
 
+/// Replaces Gram matrices by those in C^-1. @returns ln determinants of C D^-1
+std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& random_sd);
+
 /// A condition's part in an unknown that it shares with others: so much of it, along h, u or c.
 struct Shared {
   Eigen::Index direction = 0, unknown = 0;

@@ -116,8 +116,7 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
   const auto roughly = [&](double sd) {  // at the variances of the fit
     double determinant = 0;
     std::vector<Gram> grams = grams_with(sd, determinant);
-    std::vector<double> determinants(grams.size());
-    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
+    const std::vector<double> determinants = marginalise(grams, fit.state.random_sd);
     return solve(assemble(grams, determinants, unknowns), unknowns, fit.state.random_sd).deviance + determinant;
   };
   const auto exactly = [&](double sd) {

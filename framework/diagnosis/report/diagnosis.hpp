@@ -51,7 +51,7 @@ struct EffectResult {
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
   std::string experiment;         ///< what tells it from what it is tied with
-  std::vector<double> influence;  ///< share of each condition in the gain, see by_condition.hpp
+  std::vector<double> influence;  ///< share of each condition in the gain, see influence()
 
   /// True if most halves of the data do without it.
   bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }

@@ -258,10 +258,9 @@ void add_folds(report::Page& page, const ReportData& data) {
                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
   }
   if (rows.empty()) return;
-  page.fold("What was put aside, and how it was predicted");
-  const Row header = {"put aside", "where that lies", "conditions", "simulated", "extended", "chosen without it"};
-  page.table(header, rows);
-  page.unfold();
+  page.folded_table("What was put aside, and how it was predicted",
+                    Row{"put aside", "where that lies", "conditions", "simulated", "extended", "chosen without it"},
+                    rows);
 }
 
 void add_observable(report::Page& page, const ReportData& data, std::size_t o) {

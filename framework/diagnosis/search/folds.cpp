@@ -254,8 +254,7 @@ std::array<double, observables> Prediction::sums(const std::vector<double>& rows
   for (std::size_t o = 0; o < observables; ++o) {
     for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
       if (std::isinf(held_.data[i].variance[row])) continue;
-      const double scale = o == distance ? 1 / held_.design.shift(i)[row] : 1;  // half paths become depths
-      squares[o] += std::pow(scale * (held_.data[i].value[row] - rows[row]), 2);
+      squares[o] += std::pow(held_.problem.shown_scale(o, i, row) * (held_.data[i].value[row] - rows[row]), 2);
       ++conditions_[i].count[o];
     }
   }

@@ -201,7 +201,8 @@ template <class Step> ModelFit improved(ModelFit best, int most, double enough, 
   return best;
 }
 
-MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& candidate, const Response& maps, std::size_t flips, std::uint64_t seed) {
+MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& candidate, const Response& maps,
+                std::size_t flips, std::uint64_t seed) {
   MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, flips, seed)}};
   State state = base.state;
   state.terms.push_back(
@@ -226,8 +227,7 @@ bool maps_follow(const State& state) {
 
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused,
-                                  std::size_t flips, std::uint64_t seed) {
+                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;
   for (const auto& candidate : candidates) {
@@ -276,9 +276,7 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
 
 ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
   if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
-  const auto following = [&](State state) {
-    return fit_roughly(problem, with_maps_of(problem, std::move(state)));
-  };
+  const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
   return improved(following(std::move(start)), settings.map_trial_rounds, settings.map_converged, following);
 }
 

@@ -22,8 +22,7 @@ struct MapTrial {
 /// @param refused names that are not tried, and why; what fails is added
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused,
-                                  std::size_t flips, std::uint64_t seed);
+                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed);
 
 /// A model with an effect whose first map is estimated, whatever it is worth. @throws simulation::EffectError
 ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/pixel_spread.hpp"
 
+#include <ceres/tiny_solver.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <Eigen/Dense>
@@ -165,7 +166,29 @@ class SpreadFit {
     const auto lights = by_light ? targets_.size() - 1 : 0;
     values_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(laws_.size() + lights));
     values_.head(static_cast<Eigen::Index>(laws_.size())).setOnes();
-    solve();
+    ceres::TinySolver<SpreadFit> solver;
+    solver.options.max_num_iterations = 200;
+    solver.options.function_tolerance = 1e-9;
+    Eigen::VectorXd values = values_;
+    solver.Solve(*this, &values);
+    values_ = values;
+  }
+
+  // As the solver takes a function.
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+  int NumResiduals() const { return static_cast<int>(residuals(values_).size()); }
+  int NumParameters() const { return static_cast<int>(values_.size()); }
+  bool operator()(const double* values, double* residual, double* jacobian) const {
+    constexpr double step = 1e-6;
+    const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(values, values_.size()), r = residuals(here);
+    Eigen::Map<Eigen::VectorXd>(residual, r.size()) = r;
+    for (Eigen::Index j = 0; jacobian != nullptr && j < here.size(); ++j) {
+      Eigen::VectorXd moved = here;
+      moved[j] += step;
+      Eigen::Map<Eigen::MatrixXd>(jacobian, r.size(), here.size()).col(j) = (residuals(moved) - r) / step;
+    }
+    return true;
   }
 
   double predicted(const SpreadRow& row) const { return predicted(row, values_); }
@@ -218,36 +241,6 @@ class SpreadFit {
     }
     r.tail(values.size() - laws) = values.tail(values.size() - laws) / light_sd;
     return r;
-  }
-
-  void solve() {
-    Eigen::VectorXd r = residuals(values_);
-    double damping = 1e-2;
-    for (int step = 0; step < 200 && damping < 1e8; ++step) {
-      Eigen::MatrixXd jacobian(r.size(), values_.size());
-      for (Eigen::Index j = 0; j < values_.size(); ++j) {
-        Eigen::VectorXd moved = values_;
-        moved[j] += 1e-6;
-        jacobian.col(j) = (residuals(moved) - r) / 1e-6;
-      }
-      const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
-      const Eigen::VectorXd right = -jacobian.transpose() * r;
-      const double before = r.squaredNorm();
-      while (damping < 1e8) {
-        Eigen::MatrixXd damped = normal;
-        damped.diagonal() += damping * (normal.diagonal().array() + 1e-9).matrix();
-        const Eigen::VectorXd tried = values_ + damped.ldlt().solve(right);
-        const Eigen::VectorXd moved = residuals(tried);
-        if (moved.squaredNorm() < before) {
-          values_ = tried;
-          r = moved;
-          damping /= 5;
-          break;
-        }
-        damping *= 5;
-      }
-      if (before - r.squaredNorm() < 1e-9 * before) break;
-    }
   }
 
   std::span<const SpreadRow> rows_;

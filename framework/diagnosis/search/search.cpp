@@ -185,8 +185,7 @@ class Search {
       if (pattern.significant && pattern.largest > settings.practical_threshold[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
-    for (std::optional<Pattern> pattern :
-         {unsteady_camera(problem, best), large_smooth_field(problem, best)}) {
+    for (std::optional<Pattern> pattern : {unsteady_camera(problem, best), large_smooth_field(problem, best)}) {
       if (pattern) result_.rest.push_back(std::move(*pattern));
     }
     result_.misplaced = misplaced(board_offsets_of(problem, best.state));
