@@ -99,7 +99,7 @@ class Rooms(unittest.TestCase):
                          (0, "warning: devices/camera/driver.h: 351 lines; does it hold more than one idea?\n"))
 
     def test_a_lower_room_of_the_search(self):
-        self.write("framework/diagnosis/model/fit.hpp", '#include "diagnosis/search/gates.hpp"\n')
+        self.write("framework/diagnosis/model/fit.hpp", '#include "diagnosis/search/search.hpp"\n')
         self.expect("framework/diagnosis/model/fit.hpp:1: diagnosis/model uses diagnosis/search")
 
     def test_an_old_name(self):

@@ -8,7 +8,7 @@
 #include "config/json_text.hpp"
 #include "config/quantity.hpp"
 #include "diagnosis/diagnose.hpp"
-#include "diagnosis/report/gap_report.hpp"
+#include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/statistics_folder.hpp"
 #include "io/output_files.hpp"
 

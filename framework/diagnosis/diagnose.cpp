@@ -3,11 +3,11 @@
 #include "diagnosis/diagnose.hpp"
 
 #include "config/paths.hpp"
-#include "diagnosis/case_files.hpp"
 #include "diagnosis/data/plausibility.hpp"
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/report/notes.hpp"
-#include "diagnosis/search/condition_influence.hpp"
+#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/report/diagnosis.hpp"
+#include "diagnosis/search/confidence.hpp"
 #include "diagnosis/search/maps.hpp"
 #include "diagnosis/search/pixel_maps.hpp"
 #include "io/captures/campaign_captures.hpp"
@@ -260,8 +260,7 @@ class Run {
     const Problem original = make_problem(problem_->design, problem_->data);
     State as_it_was{d_->model_terms, d_->search.before.state.log_reflectivity, d_->search.before.state.random_sd};
     if (!d_->model_terms.empty()) update_grid_bias(original, as_it_was);
-    const std::vector<double> all(problem_->data.size(), 1);
-    const State before = d_->as_it_was = fit_nuisances(original, as_it_was, all).state;
+    const State before = d_->as_it_was = fit_nuisances(original, as_it_was).state;
     const State& after = d_->search.after.state;
     const State flat = with_flat_boards(after);
     const std::array<double, observables> scatter = scatter_of(*problem_, after);

@@ -3,7 +3,7 @@
 #include "diagnosis/statistics_folder.hpp"
 
 #include "config/json_text.hpp"
-#include "diagnosis/data/condition_frames.hpp"
+#include "diagnosis/data/superpixels.hpp"
 #include "diagnosis/shard_records.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/campaign_captures.hpp"

@@ -53,7 +53,6 @@ class Node {
   const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< stage's, for `explain`
   /// The files of each parameter that names some, at its place; without text: none.
   const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
-  bool may_overwrite() const { return overwrite_; }
   void set_overwrite(bool allowed);
   /// From now on each call of process() is watched: it fails when the stage does to a frame what it may not.
   void set_validating() { validating_ = true; }

@@ -43,7 +43,7 @@ void add_order(Inspection& result) {
   f.text = "the raw images are not in the stated order, or have other phases";
   f.evidence = other->why;
   f.mend = other->exposures.empty() ? "no order that fits was found: see docs/formats/profile.md, Exposures"
-                                    : "exposures: " + physics::exposures_yaml(other->exposures);
+                                    : "exposures: " + io::exposures_yaml(other->exposures);
   result.findings.push_back(f);
 }
 

@@ -6,6 +6,7 @@
 
 #include <tofgraph/channels.hpp>
 #include <tofgraph/physics/constants.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <fmt/format.h>
 
@@ -62,12 +63,12 @@ std::vector<double> samples_of(const io::CaptureReader& capture, std::size_t cha
 }
 
 /// Pixels all over the image with their right neighbours, where there is light.
-physics::OrderSamples order_samples(const std::vector<double>& samples, const Observation& o, double noise) {
+io::OrderSamples order_samples(const std::vector<double>& samples, const Observation& o, double noise) {
   constexpr std::size_t parts = 6, wanted = 40;  // in each direction
   const std::size_t n = o.pixels(), images = samples.size() / n;
   const std::size_t down = std::max<std::size_t>(o.height / wanted, 1),
                     along = std::max<std::size_t>(o.width / wanted, 2);
-  physics::OrderSamples some;
+  io::OrderSamples some;
   for (std::size_t row = down / 2; row < o.height; row += down) {
     for (std::size_t column = along / 2; column + 1 < o.width; column += along) {
       std::array<std::vector<double>, 2> pair;
@@ -135,10 +136,10 @@ class Frames {
     if (samples.size() != exposures_.size() * o_.pixels())
       throw std::runtime_error(fmt::format("has {} raw images per frame, but {} are stated",
                                            samples.size() / o_.pixels(), physics::exposures_text(exposures_)));
-    physics::OrderSamples some = order_samples(samples, o_, camera.read_noise > 0 ? camera.read_noise : 1e-6);
+    io::OrderSamples some = order_samples(samples, o_, camera.read_noise > 0 ? camera.read_noise : 1e-6);
     some.modulation_frequency = frequency_;
     some.light = camera.gain > 0 && o_.integration_time > 0 ? camera.gain * o_.integration_time : 0;
-    o_.other_order = physics::other_order(some, exposures_);
+    o_.other_order = io::other_order(some, exposures_);
     if (o_.other_order && !o_.other_order->exposures.empty()) exposures_ = o_.other_order->exposures;
   }
 

@@ -5,8 +5,7 @@
 
 #include "io/camera.hpp"
 #include "io/captures/capture.hpp"
-
-#include <tofgraph/physics/exposure_order.hpp>
+#include "io/exposure_order.hpp"
 
 #include <optional>
 #include <string>
@@ -33,7 +32,7 @@ struct Observation {
   std::vector<double> deviation;  ///< standard deviation over time; NaN: fewer than four frames
   std::vector<double> amplitude;  ///< mean, counts; empty: not recorded
   Shares shares;
-  std::optional<physics::OtherOrder> other_order;  ///< exposures that fit the raw images better than those stated
+  std::optional<io::OtherOrder> other_order;  ///< exposures that fit the raw images better than those stated
 
   std::size_t pixels() const { return width * height; }
 };

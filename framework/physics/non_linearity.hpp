@@ -54,18 +54,6 @@ inline double optimized_bistatic_newton(const Geometry& geometry, Vector3 ray, d
   return return_path;
 }
 
-/// Optimized bistatic model for one source, in closed form: with K = 2 D - D_sen and b = L - S,
-/// |b + D_ref u| = K - D_ref gives D_ref = (K^2 - |b|^2) / (2 (K + u.b)).
-/// @returns as the bisection
-inline double optimized_bistatic_closed_form(const Geometry& geometry, Vector3 ray, double distance) {
-  if (!(distance > min_distance(geometry, ray)) || !std::isfinite(distance)) {
-    return std::numeric_limits<double>::quiet_NaN();
-  }
-  const Vector3 b = geometry.lens_centre() - geometry.sources.front().position;
-  const double k = 2 * distance - sensor_path(geometry, ray);
-  return (k * k - dot(b, b)) / (2 * (k + dot(ray, b)));
-}
-
 /// A model whose depth is linear in the distance: z = offset + slope D.
 struct LinearDepth {
   double offset = 0;  ///< m

@@ -119,6 +119,13 @@ void Page::table(std::span<const std::string> header, std::span<const std::vecto
   body_ += "</table></div>\n";
 }
 
+void Page::folded_table(std::string_view summary, std::span<const std::string> header,
+                        std::span<const std::vector<std::string>> rows) {
+  fold(summary);
+  table(header, rows);
+  unfold();
+}
+
 void Page::figures(std::span<const std::string> svgs, std::string_view caption) {
   body_ += "<figure><div>";
   for (const std::string& svg : svgs) body_ += svg;

@@ -24,6 +24,9 @@ class Page {
   void paragraph(std::string_view text);
   void list(std::span<const std::string> texts);
   void table(std::span<const std::string> header, std::span<const std::vector<std::string>> rows);
+  /// The same, hidden until its summary is clicked.
+  void folded_table(std::string_view summary, std::span<const std::string> header,
+                    std::span<const std::vector<std::string>> rows);
   /// Lines of a name and what it stands for; they break where a narrow screen needs it.
   void facts(std::span<const std::vector<std::string>> rows);
   /// Pictures (SVG) side by side, with one caption.

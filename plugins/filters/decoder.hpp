@@ -6,11 +6,12 @@
 
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/amplitude_walk.hpp>
-#include <tofgraph/physics/exposure_order.hpp>
 #include <tofgraph/physics/four_phase.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <atomic>
 
+#include "io/exposure_order.hpp"
 #include "io/plausibility.hpp"
 #include "plugins/calibrated_noise.hpp"
 #include "plugins/calibrated_serial.hpp"
@@ -163,7 +164,7 @@ struct Decoder : Filter {
       looks_left_ = 0;
       return;
     }
-    physics::OrderSamples some = some_of(samples);
+    io::OrderSamples some = some_of(samples);
     if (some.pixels.size() < 128 || looked_.test_and_set()) return;
     looks_left_ = 0;
     const double time = frame.metadata().integration_time;
@@ -172,7 +173,7 @@ struct Decoder : Filter {
     const std::vector<double> frequencies = physics::frequencies_of(exposures_, some.modulation_frequency);
     // Where nothing but max_range limits the distances there is nothing to compare with.
     if (physics::common_frequency(frequencies) < *std::ranges::max_element(frequencies) / 64) return;
-    const auto other = physics::other_order(some, exposures_);
+    const auto other = io::other_order(some, exposures_);
     if (!other) return;
     const std::string number = std::to_string(frame.metadata().number);
     const std::string said = "frame " + number + ": " + other->why + "; " + physics::exposures_text(exposures_) +
@@ -181,7 +182,7 @@ struct Decoder : Filter {
                                   : said +
                                         ". These would fit; put them into the profile, and set exposures: camera at a "
                                         "capture_reader whose recording has its own:\n         exposures: " +
-                                        physics::exposures_yaml(other->exposures));
+                                        io::exposures_yaml(other->exposures));
   }
 
   /// Once, at one of the first frames with contrast: a warning where the distance rises with the amplitude.
@@ -204,10 +205,10 @@ struct Decoder : Filter {
   }
 
   /// Pixels all over the image with their right neighbours, where there is light and no saturation.
-  physics::OrderSamples some_of(const tofgraph_view& view) const {
+  io::OrderSamples some_of(const tofgraph_view& view) const {
     const std::size_t rows = view.extent[view.rank - 2], columns = view.extent[view.rank - 1], n = rows * columns;
     const std::size_t images = view.extent[0];
-    physics::OrderSamples some;
+    io::OrderSamples some;
     constexpr std::size_t parts = 6;    // in each direction
     constexpr std::size_t wanted = 40;  // in each direction
     const std::size_t down = std::max<std::size_t>(rows / wanted, 1),

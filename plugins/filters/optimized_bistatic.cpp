@@ -6,7 +6,6 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <hwy/highway.h>
-#include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/bistatic_tables.hpp>
 #include <tofgraph/physics/non_linearity.hpp>
 
@@ -14,7 +13,8 @@
 #include <cmath>
 #include <optional>
 #include <span>
-#include <string_view>
+
+#include "plugins/filters/distance_model.hpp"
 
 #ifndef TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
@@ -195,87 +195,54 @@ HWY_EXPORT(Solve);
 /// by the sources' amplitudes; z = D_ref cos(theta) + f. A distance below that of a surface at the lens centre has no
 /// solution and becomes invalid; one beyond the unambiguous range (after unwrapping or an offset) is solved like any
 /// other.
-struct OptimizedBistatic final : Filter {
+struct OptimizedBistatic final : DistanceModel {
   static constexpr bool steady = true;
-  In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised non_linearity"}};
-  Out<float> depth{
-      this, "depth", {.text = "along z from the sensor plane", .from = "distance rays", .adds = "non_linearity"}};
-  InOut<float> sigma{
-      this,
-      "sigma",
-      {.optional = true, .text = "standard deviation of the distance; becomes that of the depth", .of = "depth"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
-  Param<Choice> solver{
-      this,
-      "solver",
-      {.default_value = "newton",
-       .choices = "newton closed_form bisection",
-       .text = "newton: any number of sources, with Newton steps only where a corrected closed form is not "
-               "exact enough; closed_form: exact, for one source only; "
-               "bisection: the slow reference in double precision"}};
+  Param<Choice> solver{this,
+                       "solver",
+                       {.default_value = "newton",
+                        .choices = "newton bisection",
+                        .text = "newton: with Newton steps only where a corrected closed form is not exact enough; "
+                                "bisection: the slow reference in double precision"}};
 
   void prepare(Setup& setup) {
-    const tofgraph_camera& camera = setup.camera();
-    geometry_ = physics::geometry_of(camera);
-    if (*solver == "closed_form" && geometry_.sources.size() != 1) {
-      throw ConfigError("solver", "closed_form is for one source, the camera '" + std::string(camera.name) + "' has " +
-                                      std::to_string(geometry_.sources.size()) + ": write solver: newton");
-    }
-    if (sigma.present() && setup.find("sigma")->of != std::string_view("distance")) {
-      throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of +
-                               "', expected that of 'distance'");
-    }
-    flags.provide(setup);
-    lengths_.prepare(setup, {"sigma"});
-    columns_ = camera.width;
-    rows_ = camera.height;
-    for (std::size_t i = 0; i < rows_ * columns_; ++i) rays_.push_back(physics::unit_ray(camera.rays + 3 * i));
-    tables_.emplace(geometry_, rays_);
-    for (std::size_t i = 0; i < rays_.size(); ++i) {
-      if (std::isnan(rays_[i].z)) outside_.push_back(i);
+    prepare_model(setup);
+    tables_.emplace(geometry, rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (std::isnan(rays[i].z)) outside_.push_back(i);
     }
   }
 
   void process(Frame& frame) const {
-    const Array<const float> measured = distance(frame);
-    if (measured.rows() != rows_ || measured.columns() != columns_) {
-      throw std::runtime_error("distance is " + std::to_string(measured.rows()) + " x " +
-                               std::to_string(measured.columns()) + ", the camera has " + std::to_string(rows_) +
-                               " x " + std::to_string(columns_));
-    }
-    const Array<std::uint16_t> bits = flags(frame, rows_, columns_);
-    const BistaticImages images{.distance = measured.data(),
-                                .depth = depth(frame, rows_, columns_).data(),
+    const Array<const float> input = measured(frame);
+    const Array<std::uint16_t> bits = flags(frame, rows, columns);
+    const BistaticImages images{.distance = input.data(),
+                                .depth = depth(frame, rows, columns).data(),
                                 .sigma = sigma(frame).data(),
                                 .flags = bits.data(),
-                                .pixels = measured.size()};
+                                .pixels = input.size()};
     if (*solver == "bisection")
       bisect(images);
     else
       HWY_DYNAMIC_DISPATCH(Solve)(tables_->camera(), tables_->sources(), images);
     for (const std::size_t i : outside_) images.flags[i] |= flag::outside_lens;
-    lengths_.invalidate(frame, bits);
+    lengths.invalidate(frame, bits);
   }
 
  private:
   void bisect(const BistaticImages& images) const {
     for (std::size_t i = 0; i < images.pixels; ++i) {
-      const double measured = (images.flags[i] & flag::invalid) == 0 && is_valid_length(images.distance[i])
-                                  ? images.distance[i]
-                                  : std::nan("");
-      const double return_path = physics::optimized_bistatic_bisection(geometry_, rays_[i], measured);
-      images.depth[i] = static_cast<float>(physics::depth_of(geometry_, rays_[i], return_path));
+      const double known = (images.flags[i] & flag::invalid) == 0 && is_valid_length(images.distance[i])
+                               ? images.distance[i]
+                               : std::nan("");
+      const double return_path = physics::optimized_bistatic_bisection(geometry, rays[i], known);
+      images.depth[i] = static_cast<float>(physics::depth_of(geometry, rays[i], return_path));
       if (images.sigma != nullptr) {
-        images.sigma[i] *= static_cast<float>(physics::optimized_bistatic_slope(geometry_, rays_[i], return_path));
+        images.sigma[i] *= static_cast<float>(physics::optimized_bistatic_slope(geometry, rays[i], return_path));
       }
       if (std::isnan(return_path)) images.flags[i] |= flag::invalid;
     }
   }
 
-  physics::Geometry geometry_;
-  std::size_t rows_ = 0, columns_ = 0;
-  std::vector<physics::Vector3> rays_;
-  OtherLengths lengths_;
   std::vector<std::size_t> outside_;  // pixels outside the lens model
   std::optional<physics::BistaticTables> tables_;
 };

@@ -101,19 +101,18 @@ TEST_P(PutAside, WhereverItStandsThereIsAVerdict) {
 
 TEST_P(PutAside, WhicheverItIsItIsAsIfItWereNotThere) {
   const Measurements all = measured();
-  const Problem problem = make_problem(*all.design, all.observations);
   const State start{{{&wiggling, wiggling.start()}}, {}, {}};
   for (std::size_t aside = 0; aside < depths.size(); ++aside) {
     SCOPED_TRACE(aside);
-    std::vector<double> weight(depths.size(), 1);
-    weight[aside] = 0;
-    const ModelFit with = fit(problem, start, weight);
+    const Fold fold{"distance", "", {aside}};
+    const FoldProblem training(*all.design, all.observations, left_by(fold, depths.size()));
+    const ModelFit with = fit(training.problem, start);
     std::vector<io::Condition> conditions = all.design->conditions();
     conditions.erase(conditions.begin() + static_cast<std::ptrdiff_t>(aside));
     std::vector<Observations> observations = all.observations;
     observations.erase(observations.begin() + static_cast<std::ptrdiff_t>(aside));
     const Design fewer(all.design->camera_pointer(), false, conditions, all.table ? single : grid);
-    const ModelFit without = fit(make_problem(fewer, observations), start, std::vector<double>(conditions.size(), 1));
+    const ModelFit without = fit(make_problem(fewer, observations), start);
     EXPECT_NEAR(with.deviance, without.deviance, 1e-6 * std::abs(without.deviance));
     EXPECT_NEAR(with.state.terms[0].values[0], without.state.terms[0].values[0], 1e-9);
   }
@@ -121,16 +120,14 @@ TEST_P(PutAside, WhicheverItIsItIsAsIfItWereNotThere) {
 
 TEST_P(PutAside, TwoThatAreLeftAreTooFew) {
   const Measurements all = measured();
-  const Problem problem = make_problem(*all.design, all.observations);
   const State start{{{&wiggling, wiggling.start()}}, {}, {}};
   try {
-    fit(problem, start, std::vector<double>{0, 1, 0, 0, 1});
+    fit(FoldProblem(*all.design, all.observations, {1, 4}).problem, start);
     FAIL() << "a fit of two conditions";
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("2 conditions can be used, and a search needs 3 at least"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("3 that are put aside"));
   }
-  EXPECT_NO_THROW(fit(problem, start, std::vector<double>{0, 1, 0, 1, 1}));
+  EXPECT_NO_THROW(fit(FoldProblem(*all.design, all.observations, {1, 3, 4}).problem, start));
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, PutAside, testing::Values("captures", "table"),

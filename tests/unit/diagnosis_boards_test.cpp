@@ -3,7 +3,7 @@
 // Slow: BentBoards.AreNoEffect*:OneBentBoard.*
 // Rooms: diagnosis simulation
 // Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
-#include "diagnosis/model/board_flatness.hpp"
+#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/search.hpp"
 #include "tests/unit/clutter.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Any exposures of one frequency, against least squares by Eigen and against what draws of noise say.
-#include "diagnosis/data/demodulation.hpp"
+#include "diagnosis/data/observables.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,11 @@
 // Rooms: diagnosis
 // What the gap report shows, against closed forms and brute force.
 #include "diagnosis/data/ingest.hpp"
-#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/model/intervals.hpp"
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/notes.hpp"
-#include "diagnosis/search/condition_influence.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <cmath>

@@ -3,7 +3,7 @@
 // Slow: GivenValues.ACalibrated*:GivenValues.AWrong*:GivenValues.AnotherContrast*
 // Rooms: diagnosis
 // Values of the given model that the data do not determine stay; a contrast that is not the profile's is no effect.
-#include "diagnosis/model/contrast.hpp"
+#include "diagnosis/model/nuisances.hpp"
 #include "diagnosis/search/given_model.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/rail.hpp"

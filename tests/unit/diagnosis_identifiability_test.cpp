@@ -3,9 +3,9 @@
 // Slow: Rail.IntervalsAllow*
 // Rooms: diagnosis
 // What values say: regions of several sizes, and intervals beside what is too small to be seen.
-#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/model/intervals.hpp"
 
-#include "diagnosis/search/search_result.hpp"
+#include "diagnosis/search/search.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <random>
@@ -112,13 +112,12 @@ TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
     const Term truth = refined({&plain, {k1}}, k2, std::vector<double>{hidden});
     const std::vector<Observations> data = data_with({truth}, 900 + static_cast<std::uint64_t>(i));
     const Problem problem = make_problem(*design, data);
-    const std::vector<double> all(data.size(), 1);
     State start{{{&plain, {k1}}}, first_log_reflectivity(problem), {}};
     start.random_sd.offset = 0;
-    State fitted = fit(problem, start, all).state;
+    State fitted = fit(problem, start).state;
     update_grid_bias(problem, fitted);  // as data are reduced: all over the superpixels
     start = beside(fitted, start);
-    const ModelFit best = fit(problem, start, all);
+    const ModelFit best = fit(problem, start);
     const Interval open = intervals(problem, best, 1)[0],
                    shut = intervals(problem, best, 1, 1, Refinements::as_they_are)[0];
     EXPECT_LE(open.low, shut.low);

@@ -5,7 +5,7 @@
 // What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
 // the image. None of it makes a name, and an effect beside it keeps its own.
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/board_offsets.hpp"
+#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/search.hpp"
 #include "tests/unit/clutter.hpp"
 

@@ -191,8 +191,7 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
     grams.emplace_back(row * row.transpose() / noise);
   }
   const std::vector<int> target(400, -1);
-  const std::vector<double> weight(400, 1.0);
-  const Profile found = profile(grams, {0, target, 0}, weight, {});
+  const Profile found = profile(grams, {0, target, 0}, {});
   EXPECT_NEAR(found.random_sd.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
@@ -218,15 +217,14 @@ TEST(MixedModel, AColumnMoreIsNeverWorse) {
   }
   const std::vector<double RandomEffectSd::*> sd = {&RandomEffectSd::mean, &RandomEffectSd::drift};
   const std::vector<int> target(conditions, -1);
-  const std::vector<double> weight(conditions, 1.0);
   for (const double jitter : {1e-5, 5e-4, 1e-2, 0.5}) {
     for (const double drift : {1e-6, 1e-4, 2e-3}) {
       const RandomEffectSd start{.jitter = jitter, .offset = 0, .drift = drift};
-      const double less = profile(without, {0, target, 0, shared, sd}, weight, start).solution.deviance;
-      const double more = profile(with, {1, target, 0, shared, sd}, weight, start).solution.deviance;
+      const double less = profile(without, {0, target, 0, shared, sd}, start).solution.deviance;
+      const double more = profile(with, {1, target, 0, shared, sd}, start).solution.deviance;
       EXPECT_LT(more, less) << jitter << " " << drift;
       // The same minimum from everywhere.
-      EXPECT_NEAR(more, profile(with, {1, target, 0, shared, sd}, weight, {.offset = 0}).solution.deviance, 0.1);
+      EXPECT_NEAR(more, profile(with, {1, target, 0, shared, sd}, {.offset = 0}).solution.deviance, 0.1);
     }
   }
 }

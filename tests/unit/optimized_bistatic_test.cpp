@@ -110,7 +110,6 @@ void inverts(const Sources& sources, const std::string& line, double tolerance, 
 }
 
 TEST(OptimizedBistatic, InvertsOneSource) { inverts(one, "optimized_bistatic", 2e-6); }
-TEST(OptimizedBistatic, InvertsOneSourceInClosedForm) { inverts(one, "optimized_bistatic solver=closed_form", 2e-6); }
 TEST(OptimizedBistatic, InvertsTwoSources) { inverts(two, "optimized_bistatic", 2e-6); }
 TEST(OptimizedBistatic, InvertsFourSourcesOfAnyAmplitude) { inverts(four, "optimized_bistatic", 2e-6); }
 TEST(OptimizedBistatic, InvertsSourcesFarApart) { inverts(wide, "optimized_bistatic", 2e-6); }
@@ -217,11 +216,6 @@ TEST(OptimizedBistatic, KeepsFlagsAndMarksPixelsOutsideTheLens) {
 
 TEST(OptimizedBistatic, RefusesWhatItCannotSolve) {
   const std::vector<float> distance(pixels, 1.0F);
-  Harness closed("optimized_bistatic solver=closed_form");
-  closed.camera(test::profile_of(test::camcube2().view));
-  closed.put<float>("distance", {204, 204}, distance);
-  EXPECT_NE(message_of([&] { closed.prepare(); }).find("closed_form is for one source"), std::string::npos);
-
   test::Camera pixels_only = test::camcube2();
   pixels_only.view.focal_length = pixels_only.view.pitch[0] = pixels_only.view.pitch[1] = std::nan("");
   Harness metres("optimized_bistatic");

@@ -201,16 +201,18 @@ TEST(Board, TiltsAsTheMatrixSays) {
   EXPECT_TRUE(std::isnan(reflected_path(geometry, {0, 0, 1}, board(-0.5))));
 }
 
-TEST(OptimizedBistatic, ClosedFormAndBisectionAgree) {
+TEST(OptimizedBistatic, BisectionAgreesWithTheClosedFormOfOneSource) {
   const test::Camera camera = test::camcube2({{"one", {0.07, -0.02, 0.01}, 1}});
   const Geometry geometry = geometry_of(camera.view);
   for (std::size_t i = 0; i < 204; i += 29) {
     const Vector3 ray = unit_ray(camera.ray(i, 203 - i / 2));
     EXPECT_TRUE(std::isnan(optimized_bistatic_bisection(geometry, ray, 0.999 * min_distance(geometry, ray))));
-    EXPECT_TRUE(std::isnan(optimized_bistatic_closed_form(geometry, ray, not_a_number)));
+    // |b + D_ref u| = K - D_ref with K = 2 D - D_sen and b = L - S.
+    const Vector3 b = geometry.lens_centre() - geometry.sources.front().position;
     for (const double distance : {0.05, 0.3, 1.0, 7.4, 100.0}) {
       const double return_path = optimized_bistatic_bisection(geometry, ray, distance);
-      EXPECT_NEAR(optimized_bistatic_closed_form(geometry, ray, distance), return_path, 1e-12 * (1 + distance));
+      const double k = 2 * distance - sensor_path(geometry, ray);
+      EXPECT_NEAR((k * k - dot(b, b)) / (2 * (k + dot(ray, b))), return_path, 1e-12 * (1 + distance));
       EXPECT_NEAR(distance_at(geometry, ray, return_path), distance, 1e-12 * (1 + distance));
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/data/condition_frames.hpp"
+#include "diagnosis/data/superpixels.hpp"
 
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/recording.hpp"

@@ -3,7 +3,7 @@
 /// @file The conditions of a campaign on a coarse grid: what any model expects of them, as differences to the ideal.
 #pragma once
 
-#include "diagnosis/data/demodulation.hpp"
+#include "diagnosis/data/observables.hpp"
 #include "io/campaign.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"

@@ -1,16 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Frames of one condition, reduced to superpixels against the ideal camera.
+/// @file Frames of one condition: sums over each pixel, from its capture or from a statistics file made of it, reduced
+/// to superpixels against the ideal camera.
 #pragma once
 
-#include "diagnosis/data/demodulation.hpp"
+#include "diagnosis/data/observables.hpp"
+#include "io/camera.hpp"
 #include "io/captures/statistics_file.hpp"
+#include "io/condition.hpp"
 
 #include <tofgraph/physics/four_phase.hpp>
 
 #include <complex>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace tofgraph::diagnosis {
@@ -103,5 +107,31 @@ Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::s
                     const physics::TapNoise& noise, double metres_per_radian, const std::array<std::size_t, 4>& roi,
                     ReductionCounts& counts, const PixelPhases* own = nullptr, PixelPhases* found = nullptr,
                     bool stands_in = false);
+
+// ---- The frames of a condition ----
+
+/// Sums over the frames of a condition, from whichever file its `capture` is.
+struct ConditionFrames {
+  io::CaptureFacts facts;  ///< of the capture
+  FrameSums sums;          ///< without pixels that are bad in the camera's map
+};
+
+/// @throws std::runtime_error when the file cannot be read, has too few frames, or is a statistics file made with other
+/// settings than the condition and the camera have now
+ConditionFrames read_frames(const io::Condition& condition, const io::Camera& camera);
+
+/// All that the sums depend on, one "name value" a line: the capture's content, the frames, and what is used of the
+/// profile. Positions of boards, reflectivities and the like are not among them: they may be corrected afterwards.
+std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,
+                                const io::Camera& camera);
+
+/// Statistics of a condition's capture, one frame in memory at a time.
+/// @param shown path of the capture as reports name it @param capture_sha256 of its bytes
+/// @throws std::runtime_error as read_frames
+io::Statistics reduce_capture(const io::Condition& condition, const io::Camera& camera, const std::string& shown,
+                              const std::string& capture_sha256);
+
+/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error when one is not there
+std::array<std::uint64_t, 2> used_frames(const io::Condition& condition, std::uint64_t frames);
 
 }  // namespace tofgraph::diagnosis

@@ -52,7 +52,7 @@ State stepped(const Problem& problem, const State& from, const Eigen::VectorXd& 
 
 /// The step of least squares in which no parameter that is at a bound goes beyond it.
 Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const std::vector<Column>& columns,
-                              const Rows& rows, std::span<const double> weight, const Profile& free) {
+                              const Rows& rows, const Profile& free) {
   Eigen::VectorXd step = free.solution.values;
   std::vector<Eigen::Index> kept;
   Eigen::Index j = 0;
@@ -68,8 +68,7 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
   std::vector<Column> inside;
   for (const Eigen::Index c : kept) inside.push_back(columns[static_cast<std::size_t>(c)]);
   const Eigen::VectorXd less =
-      profile(grams_of(problem, state, rows, inside), problem.unknowns(inside.size()), weight, free.random_sd)
-          .solution.values;
+      profile(grams_of(problem, state, rows, inside), problem.unknowns(inside.size()), free.random_sd).solution.values;
   step.head(j).setZero();
   for (std::size_t c = 0; c < kept.size(); ++c) step(kept[c]) = less(static_cast<Eigen::Index>(c));
   const Eigen::Index rest = less.size() - static_cast<Eigen::Index>(kept.size());
@@ -78,14 +77,13 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
 }
 
 /// A state with the reflectivities and variances that suit its effects: linear, and all in profile().
-ModelFit fit_linear_at(const Problem& problem, State state, std::span<const double> weight,
-                       const RandomEffectSd& random_sd) {
+ModelFit fit_linear_at(const Problem& problem, State state, const RandomEffectSd& random_sd) {
   // Where only effects show them reflectivities are not linear: they go with the effects' steps.
   const bool linear = problem.light_seen();
   const std::vector<int> none(problem.target.size(), -1);
   Unknowns unknowns = problem.unknowns(0);
   if (!linear) unknowns.target = none, unknowns.targets = 0;
-  const Profile after = profile(grams_of(problem, state, expected(problem, state), {}), unknowns, weight, random_sd);
+  const Profile after = profile(grams_of(problem, state, expected(problem, state), {}), unknowns, random_sd);
   for (std::size_t t = 0; linear && t < state.log_reflectivity.size(); ++t)
     state.log_reflectivity[t] += after.solution.values(static_cast<Eigen::Index>(t));
   state.random_sd = after.random_sd;
@@ -105,24 +103,23 @@ State faded(State state) {
 
 /// Fit at the start. If effects give no number there, as when one that made up for another has been taken away, it is
 /// moved to where they do less. @throws simulation::EffectError when that does not help
-ModelFit begun_at(const Problem& problem, State state, std::span<const double> weight,
-                  const RandomEffectSd& random_sd) {
+ModelFit begun_at(const Problem& problem, State state, const RandomEffectSd& random_sd) {
   for (int halving = 0; halving < settings.max_start_halvings; ++halving) {
     try {
-      return fit_linear_at(problem, state, weight, random_sd);
+      return fit_linear_at(problem, state, random_sd);
     } catch (const simulation::EffectError&) {
       state = faded(std::move(state));
     }
   }
-  return fit_linear_at(problem, std::move(state), weight, random_sd);
+  return fit_linear_at(problem, std::move(state), random_sd);
 }
 
 /// The first step along a direction that lowers the deviance, halved while it does not; nothing where none does.
 std::optional<ModelFit> line_search(const Problem& problem, const ModelFit& from, const Eigen::VectorXd& step,
-                                    bool effects, std::span<const double> weight, const RandomEffectSd& random_sd) {
+                                    bool effects, const RandomEffectSd& random_sd) {
   for (double share = 1; share > 0.05; share /= 2) {
     try {
-      ModelFit next = fit_linear_at(problem, stepped(problem, from.state, step, share, effects), weight, random_sd);
+      ModelFit next = fit_linear_at(problem, stepped(problem, from.state, step, share, effects), random_sd);
       if (next.deviance < from.deviance) return next;
     } catch (const simulation::EffectError&) {
       continue;  // the step goes to where the effect gives no number
@@ -132,29 +129,27 @@ std::optional<ModelFit> line_search(const Problem& problem, const ModelFit& from
 }
 
 /// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
-ModelFit descend(const Problem& problem, State start, std::span<const double> weight, bool effects,
-                 std::span<const Column> known = {}, double enough = settings.converged) {
-  const auto left = static_cast<std::size_t>(std::ranges::count_if(weight, [](double w) { return w != 0; }));
-  require_enough(left, {fmt::format("{} that are put aside", weight.size() - left)});
+ModelFit descend(const Problem& problem, State start, bool effects, std::span<const Column> known = {},
+                 double enough = settings.converged) {
+  require_enough(problem.data.size(), {});
   const bool bends = !problem.light_seen();  // what reflectivities change is not the same everywhere
   const Linearisation given = start.linearisation;
   start.log_reflectivity.resize(problem.targets.size(), 0);
   const RandomEffectSd random_sd = start.random_sd;
-  ModelFit best = effects ? begun_at(problem, std::move(start), weight, random_sd)
-                          : fit_linear_at(problem, std::move(start), weight, random_sd);
+  ModelFit best =
+      effects ? begun_at(problem, std::move(start), random_sd) : fit_linear_at(problem, std::move(start), random_sd);
   for (int iteration = 0; iteration < settings.max_fit_steps; ++iteration) {
     if (bends) update_reflectivity_jacobian(problem, best.state);
     const auto rows = expected(problem, best.state);
     std::vector<Column> columns(known.begin(), known.end());
     if (effects) columns = jacobian(problem, best.state, rows, std::move(columns));
-    const Profile now = profile(grams_of(problem, best.state, rows, columns), problem.unknowns(columns.size()), weight,
-                                best.state.random_sd);
+    const Profile now =
+        profile(grams_of(problem, best.state, rows, columns), problem.unknowns(columns.size()), best.state.random_sd);
     best.covariance = now.solution.covariance;
     best.dimension = now.solution.dimension + of_maps(best.state);
     if (best.deviance - now.solution.deviance < enough) break;
-    const Eigen::VectorXd step =
-        effects ? within_bounds(problem, best.state, columns, rows, weight, now) : now.solution.values;
-    std::optional<ModelFit> next = line_search(problem, best, step, effects, weight, now.random_sd);
+    const Eigen::VectorXd step = effects ? within_bounds(problem, best.state, columns, rows, now) : now.solution.values;
+    std::optional<ModelFit> next = line_search(problem, best, step, effects, now.random_sd);
     if (!next) break;
     const double gain = best.deviance - next->deviance;
     next->covariance = best.covariance;
@@ -232,20 +227,16 @@ State with_drift_mean(const Problem& problem, State state) {
   return state;
 }
 
-ModelFit fit(const Problem& problem, State start, std::span<const double> weight) {
-  return descend(problem, std::move(start), weight, true);
+ModelFit fit(const Problem& problem, State start) { return descend(problem, std::move(start), true); }
+
+ModelFit fit_roughly(const Problem& problem, State start) {
+  return descend(problem, std::move(start), true, {}, settings.roughly_converged);
 }
 
-ModelFit fit_roughly(const Problem& problem, State start, std::span<const double> weight) {
-  return descend(problem, std::move(start), weight, true, {}, settings.roughly_converged);
+ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known) {
+  return descend(problem, std::move(start), true, known, settings.roughly_converged);
 }
 
-ModelFit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known) {
-  return descend(problem, std::move(start), weight, true, known, settings.roughly_converged);
-}
-
-ModelFit fit_nuisances(const Problem& problem, State start, std::span<const double> weight) {
-  return descend(problem, std::move(start), weight, false);
-}
+ModelFit fit_nuisances(const Problem& problem, State start) { return descend(problem, std::move(start), false); }
 
 }  // namespace tofgraph::diagnosis

@@ -26,20 +26,19 @@ struct ModelFit {
 /// A fit with the jacobian at its state.
 ModelFit linearised(const Problem& problem, ModelFit fit);
 
-/// Minimises the deviance over all free parameters. @param weight of each condition: 0 leaves it out
-/// @throws simulation::EffectError
-/// @throws std::invalid_argument when too few conditions are left
-ModelFit fit(const Problem& problem, State start, std::span<const double> weight);
+/// Minimises the deviance over all free parameters. @throws simulation::EffectError
+/// @throws std::invalid_argument for too few conditions
+ModelFit fit(const Problem& problem, State start);
 
 /// As fit(), as exactly as a comparison of models needs.
-ModelFit fit_roughly(const Problem& problem, State start, std::span<const double> weight);
+ModelFit fit_roughly(const Problem& problem, State start);
 
 /// As fit(), less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
 /// a fit of those alone. @param known jacobian() there
-ModelFit fit_last(const Problem& problem, State start, std::span<const double> weight, std::span<const Column> known);
+ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known);
 
 /// As fit() with the parameters of effects held, for reflectivities and variances alone.
-ModelFit fit_nuisances(const Problem& problem, State start, std::span<const double> weight);
+ModelFit fit_nuisances(const Problem& problem, State start);
 
 /// Replaces an amplitude below zero by its opposite with an angle half a turn on where both mean the same.
 State with_positive_amplitudes(const Problem& problem, State state);

@@ -3,7 +3,7 @@
 #include "diagnosis/model/linearisation.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/contrast.hpp"
+#include "diagnosis/model/nuisances.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -226,20 +226,24 @@ Column derivative(const Problem& problem, const State& state, const Rows& rows, 
   return column;
 }
 
-double max_normalised_rms(const Problem& problem, const Column& change) {
+double normalised_rms(const Problem& problem, std::size_t condition, const std::vector<double>& change) {
   const std::size_t n = problem.design.superpixels();
   double largest = 0;
-  for (std::size_t i = 0; i < change.size(); ++i) {
-    for (std::size_t o = 0; o < observables; ++o) {
-      double sum = 0, count = 0;
-      for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-        if (std::isinf(problem.data[i].variance[row])) continue;
-        sum += change[i][row] * change[i][row];
-        ++count;
-      }
-      if (count > 0) largest = std::max(largest, std::sqrt(sum / count) / settings.practical_threshold[o]);
+  for (std::size_t o = 0; o < observables; ++o) {
+    double sum = 0, count = 0;
+    for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
+      if (std::isinf(problem.data[condition].variance[row])) continue;
+      sum += change[row] * change[row];
+      ++count;
     }
+    if (count > 0) largest = std::max(largest, std::sqrt(sum / count) / settings.practical_threshold[o]);
   }
+  return largest;
+}
+
+double max_normalised_rms(const Problem& problem, const Column& change) {
+  double largest = 0;
+  for (std::size_t i = 0; i < change.size(); ++i) largest = std::max(largest, normalised_rms(problem, i, change[i]));
   return largest;
 }
 
@@ -290,10 +294,8 @@ std::vector<Gram> grams_of(const Problem& problem, const State& state, const Row
 Solution solve_linear(const Problem& problem, const State& state, const Rows& rows, std::span<const Column> columns,
                       const Unknowns& unknowns) {
   std::vector<Gram> grams = grams_of(problem, state, rows, columns);
-  std::vector<double> determinants(grams.size());
-  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], state.random_sd, determinants[i]);
-  const std::vector<double> all(grams.size(), 1);
-  return solve(assemble(grams, determinants, unknowns, all), unknowns, state.random_sd);
+  const std::vector<double> determinants = marginalise(grams, state.random_sd);
+  return solve(assemble(grams, determinants, unknowns), unknowns, state.random_sd);
 }
 
 Rows with_nuisances(const Problem& problem, const State& state, Rows rows) {

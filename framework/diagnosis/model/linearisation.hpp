@@ -102,6 +102,10 @@ struct Problem {
     const std::size_t n = design.superpixels();
     return row >= observable * n && row < (observable + 1) * n;
   }
+  /// Factor on a difference of an observable as it is reported: half paths become depths.
+  double shown_scale(std::size_t observable, std::size_t condition, std::size_t row) const {
+    return observable == distance && design.shows_board(condition) ? 1 / design.shift(condition)[row] : 1;
+  }
   /// Change for a metre that the camera shows more: along the board's normal, and the same in all pixels. Of a row of
   /// observables x superpixels.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
@@ -201,8 +205,10 @@ Column derivative(const Problem& problem, const State& state, const Rows& rows, 
 std::vector<Column> jacobian(const Problem& problem, const State& state, const Rows& rows,
                              std::vector<Column> known = {});
 
-/// The largest that a change makes in one condition, root mean square of an observable over what matters of it:
-/// practical_threshold.
+/// Root mean square of a change in one condition, over what matters of it (practical_threshold), of the observable
+/// where that is largest.
+double normalised_rms(const Problem& problem, std::size_t condition, const std::vector<double>& change);
+/// The same in the condition where it is largest.
 double max_normalised_rms(const Problem& problem, const Column& change);
 
 /// Columns of a condition, then its random directions and its residual, over their standard deviations and with unit

@@ -95,8 +95,8 @@ Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_s
 /// Maximum likelihood of the variances, one after the other until the deviance falls no more.
 class VarianceFit {
  public:
-  VarianceFit(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight)
-      : grams_(grams), unknowns_(unknowns), weight_(weight), marginals_(grams.size()), determinants_(grams.size()) {}
+  VarianceFit(std::span<const Gram> grams, const Unknowns& unknowns)
+      : grams_(grams), unknowns_(unknowns), marginals_(grams.size()), determinants_(grams.size()) {}
 
   /// The variances and their deviance.
   std::pair<RandomEffectSd, double> from(const RandomEffectSd& start) {
@@ -117,10 +117,8 @@ class VarianceFit {
 
  private:
   NormalEquations equations(const RandomEffectSd& random_sd) {
-    for (std::size_t i = 0; i < grams_.size(); ++i) {
-      if (weight_[i] != 0) marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
-    }
-    return assemble(marginals_, determinants_, unknowns_, weight_);
+    for (std::size_t i = 0; i < grams_.size(); ++i) marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
+    return assemble(marginals_, determinants_, unknowns_);
   }
 
   /// @param of normal equations at some variances
@@ -149,7 +147,6 @@ class VarianceFit {
 
   std::span<const Gram> grams_;
   const Unknowns& unknowns_;
-  std::span<const double> weight_;
   std::vector<Gram> marginals_;
   std::vector<double> determinants_;
   RandomEffectSd best_;
@@ -182,13 +179,19 @@ Gram marginal(const Gram& gram, const RandomEffectSd& random_sd, double& log_det
   return gram - taken.transpose().lazyProduct(taken);
 }
 
+std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& random_sd) {
+  std::vector<double> determinants(grams.size());
+  for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], random_sd, determinants[i]);
+  return determinants;
+}
+
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
                          const Unknowns& unknowns, std::span<const double> weight) {
   const Eigen::Index p = unknowns.effects, random = p, residual = p + gram_tail - 1, all = unknowns.count();
   NormalEquations sum{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all), 0, 0};
   std::vector<Shared> shared;
   for (std::size_t i = 0; i < marginals.size(); ++i) {
-    const double w = weight[i];
+    const double w = weight.empty() ? 1 : weight[i];
     if (w == 0) continue;
     const Gram& m = marginals[i];
     sum.information.topLeftCorner(p, p) += w * m.topLeftCorner(p, p);
@@ -235,9 +238,8 @@ bool is_at_bound(const RandomEffectSd& random_sd, double RandomEffectSd::*which)
   return random_sd.*which > 0.98 * bounds_of(which).most;
 }
 
-Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
-                const RandomEffectSd& start) {
-  VarianceFit fit(grams, unknowns, weight);
+Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, const RandomEffectSd& start) {
+  VarianceFit fit(grams, unknowns);
   std::pair best = fit.from(start);
   if (RandomEffectSd usual; best.first.jitter > 2 * usual.jitter) {
     usual.offset = std::min(usual.offset, start.offset);

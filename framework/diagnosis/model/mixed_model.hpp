@@ -44,6 +44,9 @@ RandomMatrix downdate_factor(const RandomMatrix& gram, const RandomEffectSd& ran
 /// The Gram matrix in C^-1 in place of D^-1. @param log_determinant of C D^-1
 Gram marginal(const Gram& gram, const RandomEffectSd& random_sd, double& log_determinant);
 
+/// Replaces Gram matrices by those in C^-1. @returns ln determinants of C D^-1
+std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& random_sd);
+
 /// A condition's part in an unknown that it shares with others: so much of it, along h, u or c.
 struct Shared {
   Eigen::Index direction = 0, unknown = 0;
@@ -71,9 +74,9 @@ struct NormalEquations {
   double log_determinant = 0;  ///< sum of the conditions'
 };
 
-/// @param weight of each condition (times it counts); of one without, the Gram may be empty
+/// @param weight times that each condition counts; empty: once
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
-                         const Unknowns& unknowns, std::span<const double> weight);
+                         const Unknowns& unknowns, std::span<const double> weight = {});
 
 struct Solution {
   Eigen::VectorXd values;
@@ -94,7 +97,6 @@ struct Profile {
   RandomEffectSd random_sd;
   Solution solution;
 };
-Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, std::span<const double> weight,
-                const RandomEffectSd& start);
+Profile profile(std::span<const Gram> grams, const Unknowns& unknowns, const RandomEffectSd& start);
 
 }  // namespace tofgraph::diagnosis

@@ -3,13 +3,21 @@
 #include "diagnosis/model/nuisances.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/intervals.hpp"
+#include "diagnosis/model/linearisation.hpp"
+
+#include <fmt/format.h>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
+#include <vector>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 /// Nothing where the order is not told of all, or the conditions are too few.
@@ -89,6 +97,87 @@ double drift_of(const Design& design, double sd) {
   double sum = 0;
   for (std::size_t wave = 1; wave <= waves_of(design); ++wave) sum += 0.5 / static_cast<double>(wave * wave);
   return sd * std::sqrt(sum);
+}
+
+namespace {
+
+/// ln of how much more intensity comes with the amplitude of a condition than the profile says: the median over its
+/// superpixels. Reflectivities and places of boards cancel. Nothing where intensities or amplitudes are not known.
+std::optional<double> lower_contrast(const Design& design, const Observations& data) {
+  const std::size_t n = design.superpixels();
+  std::vector<double> lower;
+  for (std::size_t s = 0; s < n; ++s) {
+    const std::size_t a = amplitude * n + s, i = intensity * n + s;
+    if (std::isfinite(data.variance[a]) && std::isfinite(data.variance[i]))
+      lower.push_back(data.value[i] - data.value[a]);
+  }
+  if (lower.empty()) return std::nullopt;
+  return physics::median(lower);
+}
+
+/// ln of how much lower than the profile's a contrast is that is an unknown of a problem, beside a model.
+struct Lower {
+  double value = 0, variance = 0;
+};
+Lower lower_contrast(const Problem& problem, const State& state) {
+  const auto& sd = problem.nuisances.sd;
+  const auto rows = expected(problem, state);
+  const std::vector<Column> columns = jacobian(problem, state, rows);
+  const Unknowns unknowns = problem.unknowns(columns.size());
+  const Solution solution = solve_linear(problem, state, rows, columns, unknowns);
+  const Eigen::Index at =
+      unknowns.effects + unknowns.targets + (std::ranges::find(sd, &RandomEffectSd::contrast) - sd.begin());
+  return {solution.values(at), solution.covariance(at, at)};
+}
+
+}  // namespace
+
+bool shows_another_contrast(const Design& design, const std::vector<Observations>& data) {
+  struct Seen {
+    double brightness = 0, lower = 0;
+  };
+  std::vector<Seen> seen;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    if (!design.shows_board(i)) continue;
+    if (const std::optional<double> lower = lower_contrast(design, data[i]))
+      seen.push_back({std::abs(design.ideal(i)[design.superpixels() / 2].phasor), *lower});
+  }
+  if (seen.empty()) return false;
+  std::ranges::stable_sort(seen, std::greater<>{}, &Seen::brightness);
+  seen.resize((seen.size() + 1) / 2);
+  std::vector<double> lower;
+  for (const Seen& one : seen) lower.push_back(one.lower);
+  const double middle = physics::median(lower);
+  const auto same = std::ranges::count_if(
+      lower, [&](double one) { return std::abs(one - middle) < settings.contrast_agreement * std::abs(middle); });
+  return std::abs(middle) > settings.contrast_tolerance &&
+         static_cast<double>(same) >= settings.contrast_min_agreeing * static_cast<double>(lower.size());
+}
+
+bool MeasuredContrast::profile_is_off() const {
+  return (profile < low || profile > high) && std::abs(value / profile - 1) > settings.contrast_tolerance;
+}
+
+std::string MeasuredContrast::text() const {
+  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits say nothing of a camera
+  const double half = (high - low) / 2;
+  return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", value, std::max(half, least))
+                     : with_uncertainty(value, {low, high}, "")) +
+         " (statistical)";
+}
+
+double log_lower_contrast(const Problem& problem, const State& state) { return lower_contrast(problem, state).value; }
+
+std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State& state, double lack_of_fit) {
+  if (!are_seen(intensity, problem.design, problem.data)) return std::nullopt;
+  const Problem floating{
+      problem.design,  problem.data, problem.targets, problem.target, nuisances_of(problem.design, true),
+      problem.deadline};
+  const Lower lower = lower_contrast(floating, state);
+  const double half = 1.96 * std::sqrt(lower.variance * std::max(lack_of_fit, 1.0));
+  const double profile = problem.design.camera().contrast;
+  return MeasuredContrast{profile, profile * std::exp(-lower.value), profile * std::exp(-lower.value - half),
+                          profile * std::exp(-lower.value + half)};
 }
 
 }  // namespace tofgraph::diagnosis

@@ -21,6 +21,16 @@ bool practically_equivalent(const Problem& problem, const State& one, const Stat
 /// @param with a state that has the piece @throws simulation::EffectError
 std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const ModelTerm& piece);
 
+/// Shares of the conditions in the deviance that an effect gains, sum 1: s_i b / sum(s_j b), with s_i what a condition
+/// adds to the score of the effect's change and b the size that suits all of them. The other effects and the
+/// reflectivities make up for what they can (linearly). A condition that speaks against the effect has a share below 0.
+/// @param term of the state @returns one a condition; empty where the effect changes nothing
+std::vector<double> influence(const Problem& problem, const State& state, std::size_t term);
+
+/// Correlations of the fit's parameters, in the order of the terms' free parameters. 0 where a parameter has no
+/// variance.
+Eigen::MatrixXd correlations(const ModelFit& fit);
+
 // ---- Patterns in residuals that follow no axis ----
 
 /// Conditions x superpixels, whitened, without what jitter, a camera's offset and the light explain; one an observable.

@@ -102,7 +102,6 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
     whole[i] = all.transpose() * all;
     along[i] = fields.modes(i).transpose() * all.topRows(static_cast<Eigen::Index>(n));
   });
-  const std::vector<double> weight(rows.size(), 1);
   const Unknowns unknowns = problem.unknowns(columns.size());
   const auto grams_with = [&](double sd, double& determinant) {
     const SmoothField smooth_field(fields, sd);
@@ -117,14 +116,13 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
   const auto roughly = [&](double sd) {  // at the variances of the fit
     double determinant = 0;
     std::vector<Gram> grams = grams_with(sd, determinant);
-    std::vector<double> determinants(grams.size());
-    for (std::size_t i = 0; i < grams.size(); ++i) grams[i] = marginal(grams[i], fit.state.random_sd, determinants[i]);
-    return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.random_sd).deviance + determinant;
+    const std::vector<double> determinants = marginalise(grams, fit.state.random_sd);
+    return solve(assemble(grams, determinants, unknowns), unknowns, fit.state.random_sd).deviance + determinant;
   };
   const auto exactly = [&](double sd) {
     double determinant = 0;
     const std::vector<Gram> grams = grams_with(sd, determinant);
-    return profile(grams, unknowns, weight, fit.state.random_sd).solution.deviance + determinant;
+    return profile(grams, unknowns, fit.state.random_sd).solution.deviance + determinant;
   };
   const double now = fit.state.nuisances.smooth_field ? fit.state.nuisances.smooth_field->sd() : 0;
   double best = 0, lowest = roughly(0) - settings.field_min_deviance_gain;

@@ -29,18 +29,13 @@ template <class F> void for_each_known(const Problem& problem, std::size_t obser
   }
 }
 
-/// Half paths become depths.
-double scale_of(const Problem& problem, std::size_t observable, std::size_t i, std::size_t row) {
-  return observable == distance ? 1 / problem.design.shift(i)[row] : 1;
-}
-
 }  // namespace
 
 double gap(const Problem& problem, const State& state, std::size_t observable) {
   const auto rows = expected(problem, state);
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
-    const double left = (problem.data[i].value[row] - rows[i][row]) * scale_of(problem, observable, i, row);
+    const double left = (problem.data[i].value[row] - rows[i][row]) * problem.shown_scale(observable, i, row);
     sum += left * left;
     ++count;
   });
@@ -65,7 +60,7 @@ struct Measured {
 Measured measured(const Problem& problem, bool frames, std::size_t observable) {
   Measured result;
   const auto variance_of_frames = [&](std::size_t i, std::size_t row) {
-    return frames ? std::pow(scale_of(problem, observable, i, row), 2) * problem.data[i].variance[row] : 0;
+    return frames ? std::pow(problem.shown_scale(observable, i, row), 2) * problem.data[i].variance[row] : 0;
   };
   double known = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
@@ -84,7 +79,7 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
       double sum = 0, square = 0, count = 0, noise = 0;
       for (const std::size_t i : group) {
         if (std::isinf(problem.data[i].variance[row])) continue;
-        const double value = problem.data[i].value[row] * scale_of(problem, observable, i, row);
+        const double value = problem.data[i].value[row] * problem.shown_scale(observable, i, row);
         sum += value, square += value * value, ++count;
         noise += variance_of_frames(i, row);
       }
@@ -127,7 +122,7 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
                                   sd.offset * problem.offset_response(i, row),
                                   sd.light * state.light_response(problem, i, row));
       const auto& [value, open] = own[i];
-      const double scale = scale_of(problem, o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
+      const double scale = problem.shown_scale(o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
       sum += scale * scale *
              (there * there + along.dot(open * along) + smooth_field * smooth_field +
               std::pow(boards * problem.design.shift(i)[row], 2));
@@ -185,7 +180,7 @@ Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& ex
   for (std::size_t row = observable * n; row < (observable + 1) * n; ++row) {
     const double variance = own_variance(model, observable, i, row);
     if (std::isinf(variance)) continue;
-    const double scale = observable == distance ? 1 / problem.design.shift(i)[row] : 1;  // half paths become depths
+    const double scale = problem.shown_scale(observable, i, row);
     mean.measured += scale * (problem.data[i].value[row] - light);
     mean.simulated += scale * (simulated[i][row] - light);
     mean.extended += scale * (extended[i][row] - light);
@@ -214,7 +209,7 @@ Evidence evidence(const Model& simulated, const Model& extended, std::size_t obs
       const std::size_t row = observable * n + s;
       const double variance = own_variance(extended, observable, i, row);
       if (std::isinf(variance)) continue;
-      const double scale = observable == distance ? 1 / problem.design.shift(i)[row] : 1;
+      const double scale = problem.shown_scale(observable, i, row);
       result.before[i][s] = scale * (problem.data[i].value[row] - before[i][row]);
       result.after[i][s] = scale * (problem.data[i].value[row] - after[i][row]);
       result.sd[i][s] = scale * std::sqrt(variance + square(common(extended, i, row)));

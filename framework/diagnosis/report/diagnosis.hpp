@@ -4,8 +4,8 @@
 #pragma once
 
 #include "diagnosis/data/ingest.hpp"
-#include "diagnosis/model/contrast.hpp"
-#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/model/intervals.hpp"
+#include "diagnosis/model/nuisances.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/confidence.hpp"
@@ -15,12 +15,15 @@
 #include "diagnosis/search/pixel_spread.hpp"
 #include "diagnosis/search/search.hpp"
 #include "io/output_files.hpp"
+#include "report/page.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace tofgraph::diagnosis {
 
@@ -48,7 +51,7 @@ struct EffectResult {
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
   std::string experiment;         ///< what tells it from what it is tied with
-  std::vector<double> influence;  ///< share of each condition in the gain, see by_condition.hpp
+  std::vector<double> influence;  ///< share of each condition in the gain, see influence()
 
   /// True if most halves of the data do without it.
   bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }
@@ -111,5 +114,38 @@ inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< bes
 /// The maps that the extended model names, for beside it; where none were estimated, those of a search before are
 /// dropped. @throws std::runtime_error
 void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder, io::OutputFiles& files);
+
+/// report.html: the verdict; measured, simulated and extended over the distance, by condition and over the sensor;
+/// parameters; what each name rests on; what the data could not show; what to measure next.
+report::Page gap_report(const Diagnosis& diagnosis);
+/// SVG: what no effect explains, as an image; "" where there is nothing left.
+std::string unexplained_map(const Diagnosis& diagnosis);
+
+// ---- Notes on the data of a report: sentences, in the order in which they stand there ----
+
+/// Notes on what was left out, and on what the measurements cannot determine. @param problem of these measurements
+std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
+
+/// Notes on what the names and values that were found may stand for, and on assumptions that were not measured. Nothing
+/// where nothing was found. @param problem of the measurements
+std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
+
+/// Notes on the nuisances of conditions that are large enough to matter, except boards that stand elsewhere. @param
+/// problem with what the search allowed
+std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
+
+/// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It
+/// counts less.", for each that is; nothing where something is left that may be the cause.
+std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search);
+
+/// Note on the contrast that a profile should have.
+std::string note_on_contrast(const MeasuredContrast& contrast);
+
+/// Notes on what was not written, and why: effects with which the model would be worse than the given one, and those
+/// that a time limit did not reach. @param time_limit s
+std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit);
+
+/// Notes on the spread of pixels in the maps that were found, and on how well each is known.
+std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps);
 
 }  // namespace tofgraph::diagnosis

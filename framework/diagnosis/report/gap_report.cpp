@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/report/gap_report.hpp"
+#include "diagnosis/report/diagnosis.hpp"
 
 #include "diagnosis/report/gap_report_parts.hpp"
 
@@ -73,9 +73,9 @@ void add_found(report::Page& page, const Diagnosis& d) {
                                 added ? "missing in the model" : "in the model, fitted again")});
   }
   if (rows.empty()) return;
-  const Row header = {"effect", "sizes (95 %)", "held-out gap of the median fold, without it → with it",
-                      "folds that chose it", "what it is"};
-  page.table(header, rows);
+  page.table(Row{"effect", "sizes (95 %)", "held-out gap of the median fold, without it → with it",
+                 "folds that chose it", "what it is"},
+             rows);
 }
 
 void add_gaps(report::Page& page, const Diagnosis& d) {
@@ -89,10 +89,9 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
     rows.push_back({label(o), text(g.held_out_before), text(g.held_out_after) + interval, text(g.before), text(g.after),
                     std::isfinite(g.noise_floor) ? text(g.noise_floor) : "not measured", text(g.noise_and_scatter)});
   }
-  const Row header = {
-      "gap of", "simulated, held out", "extended, held out (95 %)", "simulated, all data", "extended, all data",
-      "noise",  "noise and scatter"};
-  page.table(header, rows);
+  page.table(Row{"gap of", "simulated, held out", "extended, held out (95 %)", "simulated, all data",
+                 "extended, all data", "noise", "noise and scatter"},
+             rows);
 }
 
 /// A reader sees it in every figure.
@@ -278,8 +277,7 @@ void add_origin(report::Page& page, const ReportData& data) {
                                    : fmt::format("The other {} input files with their SHA-256", d.inputs.size() - 2));
     std::vector<Row> files;
     for (std::size_t i = 2; i < d.inputs.size(); ++i) files.push_back({d.inputs[i].file, d.inputs[i].sha256});
-    const Row file_header = {"file", "SHA-256"};
-    page.table(file_header, files);
+    page.table(Row{"file", "SHA-256"}, files);
     page.unfold();
   }
   page.contents();

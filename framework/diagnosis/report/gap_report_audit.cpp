@@ -74,10 +74,7 @@ void add_silent(report::Page& page, const Silent& silent) {
   std::vector<std::string> questions = silent.values;
   if (!silent.blind.empty()) questions.push_back(asked_of(fmt::format("{}", fmt::join(silent.blind, ", or "))));
   page.paragraph(fmt::format("None of the conditions that were compared tells {}.", fmt::join(questions, ", or ")));
-  page.fold("What tells these, from experience");
-  const Row header = {"to know", "from experience"};
-  page.table(header, silent.advice);
-  page.unfold();
+  page.folded_table("What tells these, from experience", Row{"to know", "from experience"}, silent.advice);
 }
 
 /// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
@@ -98,7 +95,6 @@ void add_alike(report::Page& page, const Diagnosis& d) {
     if (!first && !second)
       others.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.2f}", pair.cosine)});
   }
-  const Row header = {"effect", "looks like", "cosine"};
   if (!of_found.empty() || !others.empty())
     page.paragraph(fmt::format(
         "Some effects look alike in this campaign at their typical sizes, whatever else was measured: the cosine "
@@ -109,12 +105,11 @@ void add_alike(report::Page& page, const Diagnosis& d) {
         of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
   std::vector<Row> rows;
   for (const auto& [name, text] : of_found) rows.push_back({name, text});
-  const Row found_header = {"found", "looks like, with the cosine"};
-  if (!rows.empty()) page.table(found_header, rows);
+  if (!rows.empty()) page.table(Row{"found", "looks like, with the cosine"}, rows);
   if (others.empty()) return;
-  page.fold(fmt::format("The {} pairs {}that look alike", others.size(), of_found.empty() ? "" : "of other effects "));
-  page.table(header, others);
-  page.unfold();
+  page.folded_table(
+      fmt::format("The {} pairs {}that look alike", others.size(), of_found.empty() ? "" : "of other effects "),
+      Row{"effect", "looks like", "cosine"}, others);
 }
 
 }  // namespace
@@ -145,11 +140,9 @@ void add_blind(report::Page& page, const ReportData& data) {
         fmt::join(too_small, ", ")));
   add_alike(page, data.d);
   if (rows.empty()) return;
-  page.fold("What it would have shown, and from which size on");
-  const Row header = {"effect", "standard deviations at its typical size",
-                      "smallest that would be found / typical size"};
-  page.table(header, rows);
-  page.unfold();
+  page.folded_table(
+      "What it would have shown, and from which size on",
+      Row{"effect", "standard deviations at its typical size", "smallest that would be found / typical size"}, rows);
 }
 
 void add_next(report::Page& page, const ReportData& data) {
@@ -185,9 +178,10 @@ void add_next(report::Page& page, const ReportData& data) {
         "what boards and light differ by, and what these data leave open of their values. Differences below 0.1 mm "
         "or 0.1 % are too small to count on; below {} sd a condition tells nothing.",
         d.next.front().candidates, settings.min_distinction));
-  const Row header = {"to know", "the best condition", "the models differ there by",
-                      "in the conditions so far at most by", "which is"};
-  if (!rows.empty()) page.table(header, rows);
+  if (!rows.empty())
+    page.table(Row{"to know", "the best condition", "the models differ there by", "in the conditions so far at most by",
+                   "which is"},
+               rows);
   add_silent(page, silent);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/search/condition_influence.hpp"
 #include "report/chart.hpp"
 
 #include <fmt/format.h>
@@ -162,8 +162,7 @@ void add_parameters(report::Page& page, const ReportData& data) {
       rows.push_back({e.name, p.name, with_uncertainty(p.value, {NAN, NAN}, p.unit), "-",
                       "fixed: the data do not ask to vary it"});
   }
-  const Row header = {"effect", "parameter", "value (95 %)", "typical", "remark"};
-  page.table(header, rows);
+  page.table(Row{"effect", "parameter", "value (95 %)", "typical", "remark"}, rows);
   if (const std::string picture = forest(d); !picture.empty()) {
     const std::vector<std::string> pictures = {picture};
     page.figures(
@@ -218,8 +217,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
       "the loss, or what is left of it after the price of more parameters (BIC: the logarithm of the number of "
       "conditions for each), is below 10, or where conditions differ by more from one to the next than the two models "
       "do.");
-  const Row header = {"found", "in its place", "deviance lost", ""};
-  page.table(header, rows);
+  page.table(Row{"found", "in its place", "deviance lost", ""}, rows);
   page.figures(pictures,
                "Where the two models differ, of ties and of the best of the others: what the one expects more than the "
                "other, mean over each condition's image. A repetition is worth most where they differ most.");

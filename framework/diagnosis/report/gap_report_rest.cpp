@@ -118,8 +118,7 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
       rows.size() < sure.size()
           ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
           : fmt::format("{} in all", rows.size())));
-  const Row header = {"of", "along", "size (root mean square)", "p"};
-  page.table(header, rows);
+  page.table(Row{"of", "along", "size (root mean square)", "p"}, rows);
 }
 
 /// Observable of the map of the unexplained residual.
@@ -139,10 +138,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
     if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
   }
   if (rows.empty()) return;
-  page.fold("What was tried and is not named");
-  const Row header = {"effect", "why not"};
-  page.table(header, rows);
-  page.unfold();
+  page.folded_table("What was tried and is not named", Row{"effect", "why not"}, rows);
 }
 
 }  // namespace
@@ -172,8 +168,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   if (!rows.empty()) {
     page.paragraph(
         "After the search this is left, and no effect explains it; the largest of each observable, which overlap:");
-    const Row header = {"of", "along", "size (root mean square)"};
-    page.table(header, rows);
+    page.table(Row{"of", "along", "size (root mean square)"}, rows);
   }
   const std::size_t others = search.patterns_without_axis();
   if (others > 0)

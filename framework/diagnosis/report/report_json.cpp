@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/search/condition_influence.hpp"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,6 @@
 #include "config/quantity.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "diagnosis/report/notes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/board_flatness_search.hpp"
+#include "diagnosis/search/selection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,7 +53,7 @@ bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
   if (!fit.state.nuisances.boards) return false;
   BoardTrial boards = shapes_->trial(task_.problem, fit.state);
   fit.state.nuisances.boards = boards.sure || accept_unsure_ ? std::move(boards.boards) : nullptr;
-  fit = linearised(task_.problem, fit_with_maps(task_.problem, fit.state, task_.weight));
+  fit = linearised(task_.problem, fit_with_maps(task_.problem, fit.state));
   return before - deviance_with_boards(fit) >= settings.board_converged;
 }
 

@@ -4,14 +4,18 @@
 #pragma once
 
 #include "config/shard.hpp"
+#include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/search.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
+#include <string>
 
 namespace tofgraph::diagnosis {
 
@@ -74,5 +78,25 @@ struct Stability {
 std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
                                  const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
                                  const SearchOptions& options);
+
+// ---- Outcomes of injected cases in files, one a case, so that they can be searched in several runs ----
+
+/// Files FOLDER/KEY-CASE.json. Those with another key are of other data or options and are ignored.
+class CaseFiles {
+ public:
+  /// @param inputs, options all that the outcome of a case depends on, beside its number
+  CaseFiles(std::filesystem::path folder, std::span<const InputFile> inputs, const std::string& options);
+
+  /// Nothing for a case that is not there, or whose file is damaged.
+  std::optional<CaseOutcome> load(std::size_t number) const;
+  /// Writes the file whole or not at all. @throws std::runtime_error
+  void save(std::size_t number, const CaseOutcome& outcome) const;
+
+ private:
+  std::filesystem::path path(std::size_t number) const;
+
+  std::filesystem::path folder_;
+  std::string key_;
+};
 
 }  // namespace tofgraph::diagnosis

@@ -3,8 +3,8 @@
 #include "diagnosis/search/crossfit.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/contrast.hpp"
-#include "diagnosis/search/prediction.hpp"
+#include "diagnosis/model/nuisances.hpp"
+#include "diagnosis/search/folds.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -40,7 +40,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     // The model as it was is not refitted, only the reflectivities are.
     State as_it_was{model, selection.original().state.log_reflectivity, selection.original().state.random_sd};
     if (!model.empty()) update_grid_bias(training.problem, as_it_was);
-    prediction.before(fit_nuisances(training.problem, as_it_was, selection.weight()).state);
+    prediction.before(fit_nuisances(training.problem, as_it_was).state);
     result.state = selection.best().state;
     if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
     std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
@@ -232,6 +232,23 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
   improvement.depth_with = std::sqrt(depth_with / count);
   improvement.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return improvement;
+}
+
+std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions, std::size_t observable) {
+  std::vector<ConditionGap> sums(conditions);
+  std::vector<double> count(conditions, 0);
+  for (const FoldResult& fold : cross_fit.folds) {
+    for (const OutOfFold& c : fold.conditions) {
+      sums[c.condition].before += c.before[observable];
+      sums[c.condition].after += c.after[observable];
+      count[c.condition] += c.count[observable];
+    }
+  }
+  for (std::size_t i = 0; i < conditions; ++i) {
+    const auto root = [&](double sum) { return count[i] > 0 ? std::sqrt(sum / count[i]) : NAN; };
+    sums[i] = {root(sums[i].before), root(sums[i].after)};
+  }
+  return sums;
 }
 
 namespace {

@@ -8,7 +8,6 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/folds.hpp"
-#include "diagnosis/search/prediction.hpp"
 #include "diagnosis/search/selection.hpp"
 
 #include <array>
@@ -93,6 +92,14 @@ struct HeldOutImprovement {
 /// @param names of the effect first, then of what it stands for
 HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
                                            std::uint64_t seed);
+
+/// Root mean squares over a condition's superpixels and over the folds that put it aside, SI (of the distance as
+/// depth). NaN where nothing is known.
+struct ConditionGap {
+  double before = 0, after = 0;
+};
+/// Gaps, one a condition. @param conditions of the whole design
+std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions, std::size_t observable);
 
 // ---- Sets of effects on which folds agree and which the model of all data lacks ----
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/discrimination.hpp"
+#include "diagnosis/search/next_condition.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
@@ -14,21 +14,6 @@
 namespace tofgraph::diagnosis {
 
 namespace {
-
-/// True if a change reaches practical_threshold, root mean square of some observable.
-bool matters(const Problem& problem, std::size_t i, const std::vector<double>& change) {
-  const std::size_t n = problem.design.superpixels();
-  for (std::size_t o = 0; o < observables; ++o) {
-    double square = 0, count = 0;
-    for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-      if (std::isinf(problem.data[i].variance[row])) continue;
-      square += change[row] * change[row];
-      ++count;
-    }
-    if (count > 0 && std::sqrt(square / count) >= settings.practical_threshold[o]) return true;
-  }
-  return false;
-}
 
 /// Derivatives by the targets' ln reflectivities: one column a target.
 void append_light(const Problem& problem, const State& state, std::vector<Column>& columns) {
@@ -75,7 +60,7 @@ ModelDistance between(const Problem& problem, const Column& data, const State& o
     square = std::max(square, 0.0);
     std::vector<double> rest = result.left[i];
     const auto taken = project_out_nuisances(problem, other, i, rest);
-    if (!matters(problem, i, rest))  // only as much as the board, the camera's offset and the light differ by
+    if (normalised_rms(problem, i, rest) < 1)  // only as much as the board, the camera's offset and the light differ by
       square = std::min(square, std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
                                     std::pow(taken(2) / sd.light, 2));
     result.sigma.push_back(std::sqrt(square));

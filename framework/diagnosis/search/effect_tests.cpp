@@ -2,22 +2,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/effect_tests.hpp"
 
-#include "diagnosis/model/validation.hpp"
+#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/search/crossfit.hpp"
-#include "diagnosis/search/held_out_test.hpp"
+#include "diagnosis/search/maps.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 
-EffectTests::EffectTests(Findings& findings)
-    : findings_(findings),
-      gates_(findings.problem(), findings.finder, findings.selection.alternatives(), findings.options().flips,
-             findings.options().seed) {}
+namespace {
+
+/// Why the distances refute what was found, or nothing. @param without, with gap out of fold, m @param what is taken
+/// out
+std::string gap_worsened(double without, double with, const char* what) {
+  if (!is_gap_worse(without, with)) return "";
+  return fmt::format(
+      "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
+      1e3 * without, what, 1e3 * with);
+}
+
+/// Why an effect does not prove itself out of fold, or nothing.
+std::string held_out_failure(const EffectFinding& found) {
+  if (found.chosen < settings.min_chosen_fraction)
+    return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
+  if (!found.improvement.is_significant())
+    return fmt::format("the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
+                       found.improvement.without, found.improvement.with);
+  return gap_worsened(found.improvement.depth_without, found.improvement.depth_with, "it");
+}
+
+}  // namespace
 
 // ---- on all data ----
 
@@ -48,8 +68,7 @@ bool EffectTests::gate_once() {
   const PatternScan left = findings_.finder.find(selection.problem(), selection.best(), 0, 0);
   for (const ModelTerm& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
-    EffectFinding now =
-        gates_.evaluate_term(selection.best(), selection.without(addition), left, addition, is_confirmed(addition));
+    EffectFinding now = evaluate_term(addition, left, is_confirmed(addition));
     findings_.note({"questioned",
                     {now.name},
                     {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.explained_fraction}},
@@ -90,6 +109,89 @@ bool EffectTests::drop_unidentifiable() {
     return true;
   }
   return false;
+}
+
+double EffectTests::explained_fraction(const ModelFit& less, const Group& group) const {
+  const double gain = score_of(findings_.problem(), less, group, 0, 0).gain;
+  const double most = findings_.finder.find(findings_.problem(), less, 0, 0).most;
+  return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
+}
+
+/// Gain of an effect over that of the best generic pattern that it lowers: whatever else is left, in its observables or
+/// in others, says nothing of it. Where nothing is left, the share of that pattern that is gone with the effect, if
+/// that is more: then the pattern has gained by what is fitted anew beside the effect. NaN where it lowers none.
+/// @param less the model without it @param left the patterns of the model with it
+double EffectTests::explained(const ModelFit& less, const PatternScan& left, double gain) const {
+  const PatternScan before = findings_.finder.find(findings_.problem(), less, 0, 0);
+  double most = 0, gone = 0;
+  for (std::size_t p = 0; p < before.gains.size(); ++p) {
+    const double fall = before.gains[p] - std::max(left.gains[p], 0.0);
+    if (fall > settings.related_pattern_fall * before.gains[p] && before.gains[p] > most)
+      most = before.gains[p], gone = fall;
+  }
+  if (!(most > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const bool nothing_left = left.square <= settings.explained * left.freedom;
+  return (nothing_left ? std::max(gain, gone) : gain) / most;
+}
+
+/// Probability that any candidate gains as much as one direction does in a model without it. Chance is what the best
+/// model leaves: where something else is unexplained, that is in it.
+double EffectTests::chance(const ModelFit& less, const Score& score) const {
+  ModelFit remaining = findings_.best();
+  remaining.state.linearisation = less.state.linearisation;
+  remaining.jacobian = less.jacobian;
+  const Alternatives& candidates = findings_.selection.alternatives();
+  const Score all = score_of(findings_.problem(), remaining, candidates.group, 0, 0);
+  std::vector<std::vector<Eigen::Index>> groups;
+  for (const Choice& choice : candidates.choices) groups.push_back(choice.columns);
+  return chance_of(score, all, groups, findings_.options().flips, findings_.options().seed);
+}
+
+/// A piece of the best model against the model without it; its refutation is empty when it passes.
+/// @param left the patterns of the best model @param proved whether cross-fitting has confirmed it
+EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const {
+  const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
+  const Term& term = best.state.terms[addition.term];
+  EffectFinding found;
+  found.candidate = term.candidate;
+  found.name = name_of(term, addition);
+  found.gain = less.deviance - best.deviance;
+  const Group group{found.name, signature(findings_.problem(), less.state, best.state, addition)};
+  // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
+  const Group direction{group.name, {group.columns[0]}};
+  Score score =
+      term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().flips, findings_.options().seed)
+                : score_of(findings_.problem(), less, direction, findings_.options().flips, findings_.options().seed);
+  const bool nothing_left = left.square <= settings.explained * left.freedom;
+  if (!term.maps) {
+    // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
+    // likelihood compares the two; not beside shapes of boards, which stay as they are without the piece.
+    const double parameters = static_cast<double>(values_of(term, addition).size());
+    const bool sure =
+        nothing_left && !best.state.nuisances.boards && found.gain - parameters > settings.certain_gain * score.stays;
+    score.p_value = std::max(chance(less, score), sure ? 0.0 : score.p_value);
+  }
+  found.p_value = score.p_value;
+  found.explained_fraction = explained(less, left, score_of(findings_.problem(), less, group, 0, 0).gain);
+  const double conditions = run_length(findings_.problem(), less.state);
+  if (!(found.gain > 0)) {
+    found.refutation = "without it the data are explained as well";
+  } else if (conditions > 1 && found.gain < settings.min_bic_gain * conditions) {
+    found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", conditions);
+  } else if (!proved && !significant(score)) {
+    found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
+  } else if (max_normalised_rms(findings_.problem(), group.columns[0]) <= 1 &&
+             !(nothing_left && lack_of_fit(findings_.problem(), less) >= settings.explained)) {
+    found.refutation = "what it changes is too small to matter";  // unless the data ask for it: without it something is
+                                                                  // left, with it nothing
+  } else if (found.explained_fraction <
+             (proved ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
+    found.refutation =
+        fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.explained_fraction);
+  } else if (std::isnan(found.explained_fraction) && !nothing_left) {
+    found.refutation = "beside what is left it cannot be tested: it lowers no pattern";
+  }
+  return found;
 }
 
 // ---- on held-out data ----

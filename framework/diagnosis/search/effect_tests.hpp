@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Tests of selected effects: on the data that they were selected on, and on held-out data. A new test of an effect is
-/// one more condition in Gates::evaluate_term (all data) or in held_out_failure() (held-out data).
+/// Tests of selected effects, on the data that they were selected on and on held-out data. A new test of an effect is
+/// one more condition in EffectTests::evaluate_term (all data) or in held_out_failure() (held-out data).
 #pragma once
 
 #include "diagnosis/search/findings.hpp"
@@ -12,7 +12,7 @@ namespace tofgraph::diagnosis {
 class EffectTests {
  public:
   /// @param findings must live on
-  explicit EffectTests(Findings& findings);
+  explicit EffectTests(Findings& findings) : findings_(findings) {}
 
   /// Puts the gates to every addition, drops the one that does worst, and again until all pass; then drops effects
   /// whose values are not identifiable.
@@ -29,11 +29,12 @@ class EffectTests {
   /// Shares and improvements on held-out data of a finding, by all its names.
   void weigh(EffectFinding& finding) const;
   /// Gain of a signature over that of the best generic pattern, in a model without it.
-  double explained_fraction(const ModelFit& less, const Group& group) const {
-    return gates_.explained_fraction(less, group);
-  }
+  double explained_fraction(const ModelFit& less, const Group& group) const;
 
  private:
+  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const;
+  double explained(const ModelFit& less, const PatternScan& left, double gain) const;
+  double chance(const ModelFit& less, const Score& score) const;
   bool gate_once();
   bool drop_unidentifiable();
   bool is_confirmed(const ModelTerm& addition) const;
@@ -41,7 +42,6 @@ class EffectTests {
   std::string why_not_together() const;
 
   Findings& findings_;
-  Gates gates_;
   std::vector<FoldResult> searched_folds_;
 };
 

@@ -2,20 +2,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/findings.hpp"
 
+#include "diagnosis/search/search.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 namespace tofgraph::diagnosis {
+
+std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
+  std::vector<std::string> all = {effect};
+  for (const Rival& rival : rivals) {
+    if (rival.does_as_much()) all.push_back(rival.candidate->name());
+  }
+  return all;
+}
+
+bool beside_the_same(const State& one, std::span<const std::string> effects, const State& other,
+                     const std::string& its) {
+  const auto others = [](const State& of, std::span<const std::string> but) {
+    std::multiset<std::string> names;
+    for (const Term& term : of.terms) names.insert(term.candidate->name());
+    for (const std::string& name : but) names.erase(name);
+    return names;
+  };
+  return others(one, effects) == others(other, {&its, 1});
+}
 
 Findings::Findings(const Problem& problem, const std::vector<Term>& model,
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                    const std::map<std::string, std::string>& refused)
     : selection(problem, model, candidates, options, refused),
       finder(selection.problem()),
-      trials(selection.problem(), candidates, selection.weight()),
+      trials(selection.problem(), candidates),
       rivals_(selection, trials, candidates, options.seed + 2) {}
 
 std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {

@@ -4,7 +4,7 @@
 
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/identifiability.hpp"
+#include "diagnosis/model/intervals.hpp"
 #include "diagnosis/model/scan.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/maps.hpp"
@@ -27,8 +27,7 @@ namespace {
 State given_state(const Problem& problem, const std::vector<Term>& given, const RandomEffectSd& start) {
   State state{given, first_log_reflectivity(problem), start};
   if (!given.empty()) update_grid_bias(problem, state);
-  const std::vector<double> all(problem.data.size(), 1);
-  return fit_nuisances(problem, state, all).state;
+  return fit_nuisances(problem, state).state;
 }
 
 RandomEffectSd first_random_sd(const Design& design) {
@@ -91,8 +90,7 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
   State start = start_on(training.problem, problem, model);
   start.nuisances = condition_nuisances_of(model.nuisances, left, training.data);
   update_grid_bias(training.problem, start);
-  const std::vector<double> all(left.size(), 1);
-  prediction.after(fit_with_maps(training.problem, start, all).state);
+  prediction.after(fit_with_maps(training.problem, start).state);
   return prediction.result();
 }
 
@@ -187,8 +185,7 @@ std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, 
 ModelFit fitted(const Problem& problem, State state) {
   const Linearisation before = state.linearisation;
   update_grid_bias(problem, state);
-  const std::vector<double> all(problem.data.size(), 1);
-  ModelFit fit = fit_with_maps(problem, std::move(state), all);
+  ModelFit fit = fit_with_maps(problem, std::move(state));
   fit.state.linearisation = before;
   return fit;
 }
@@ -244,10 +241,9 @@ void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std
   State first = first_state(problem, terms_);
   update_grid_bias(problem, first);
   const auto start = [&] { return beside(first, first_state(problem, terms_)); };
-  const std::vector<double> all(problem.data.size(), 1);
-  while (hold_beside_simpler(problem, fit_nuisances(problem, start(), all).state, candidates)) {
+  while (hold_beside_simpler(problem, fit_nuisances(problem, start()).state, candidates)) {
   }
-  hold_undetermined_in(problem, fit(problem, start(), all));
+  hold_undetermined_in(problem, fit(problem, start()));
 }
 
 std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem, ModelFit fit) {

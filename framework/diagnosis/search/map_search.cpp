@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/map_search.hpp"
+#include "diagnosis/search/selection.hpp"
 
 #include "diagnosis/search/maps.hpp"
 
@@ -24,8 +24,7 @@ bool smooth_field_does_more(const SelectionTask& task, const ModelFit& base, con
 }  // namespace
 
 std::optional<MapTrial> MapSearch::beside(const ModelFit& base) {
-  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.weight, task_.options.flips,
-                   task_.options.seed);
+  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.options.flips, task_.options.seed);
 }
 
 std::optional<MapTrial> MapSearch::alone(const SelectedModel& selected, double enough) {

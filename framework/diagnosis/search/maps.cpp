@@ -202,14 +202,14 @@ template <class Step> ModelFit improved(ModelFit best, int most, double enough, 
 }
 
 MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& candidate, const Response& maps,
-                std::span<const double> weight, std::size_t flips, std::uint64_t seed) {
+                std::size_t flips, std::uint64_t seed) {
   MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, flips, seed)}};
   State state = base.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
-  result.trial.fit = fit_last(problem, std::move(state), weight, base.jacobian);
+  result.trial.fit = fit_last(problem, std::move(state), base.jacobian);
   result.trial.fit = improved(std::move(result.trial.fit), settings.map_trial_rounds, 0, [&](const State& now) {
-    return fit_last(problem, with_updated_maps(problem, now, now.terms.size() - 1), weight, base.jacobian);
+    return fit_last(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
   });
   result.left = lack_of_fit(problem, linearised(problem, result.trial.fit));
   return result;
@@ -227,8 +227,7 @@ bool maps_follow(const State& state) {
 
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::span<const double> weight,
-                                  std::size_t flips, std::uint64_t seed) {
+                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;
   for (const auto& candidate : candidates) {
@@ -237,7 +236,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
       const Response all = response(problem, base.state, *candidate, candidate->maps());
       const Response chosen = chosen_maps(problem, base, all);
       if (chosen.parameters.empty()) continue;
-      MapTrial trial = fitted(problem, base, *candidate, chosen, weight, flips, seed);
+      MapTrial trial = fitted(problem, base, *candidate, chosen, flips, seed);
       const std::size_t n = problem.data.size();
       if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
     } catch (const simulation::EffectError& error) {
@@ -247,11 +246,10 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
   return best;
 }
 
-ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate,
-                         std::span<const double> weight) {
+ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate) {
   const std::vector<double> nothing(problem.design.superpixels(), 0);
   state.terms.push_back(term_of(problem, candidate, {{candidate.maps().front(), nothing}}, 0));
-  return fit_with_maps(problem, with_maps_of(problem, std::move(state), weight), weight);
+  return fit_with_maps(problem, with_maps_of(problem, std::move(state)));
 }
 
 Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
@@ -260,15 +258,9 @@ Score score_of_maps(const Problem& problem, const ModelFit& without, const Term&
   return score_of(problem, without, answer.group, flips, seed);
 }
 
-State with_maps_of(const Problem& problem, State state, std::span<const double> weight) {
-  if (!has_maps(state)) return state;
-  std::vector<Observations> data = problem.data;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    if (weight[i] == 0) std::ranges::fill(data[i].variance, std::numeric_limits<double>::infinity());
-  }
-  const Problem aside = with_data(problem, data);
+State with_maps_of(const Problem& problem, State state) {
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    if (state.terms[t].maps) state = with_updated_maps(aside, std::move(state), t);
+    if (state.terms[t].maps) state = with_updated_maps(problem, std::move(state), t);
   }
   return state;
 }
@@ -282,19 +274,17 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
   return columns;
 }
 
-ModelFit fit_roughly_with_maps(const Problem& problem, State start, std::span<const double> weight) {
-  if (!maps_follow(start)) return fit_roughly(problem, std::move(start), weight);
-  const auto following = [&](State state) {
-    return fit_roughly(problem, with_maps_of(problem, std::move(state), weight), weight);
-  };
+ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
+  if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
+  const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
   return improved(following(std::move(start)), settings.map_trial_rounds, settings.map_converged, following);
 }
 
-ModelFit fit_with_maps(const Problem& problem, State start, std::span<const double> weight) {
-  ModelFit best = fit(problem, std::move(start), weight);
+ModelFit fit_with_maps(const Problem& problem, State start) {
+  ModelFit best = fit(problem, std::move(start));
   if (!has_maps(best.state)) return best;
   return improved(std::move(best), settings.map_max_rounds, settings.map_converged,
-                  [&](const State& now) { return fit(problem, with_maps_of(problem, now, weight), weight); });
+                  [&](const State& now) { return fit(problem, with_maps_of(problem, now)); });
 }
 
 }  // namespace tofgraph::diagnosis

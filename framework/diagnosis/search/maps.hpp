@@ -22,19 +22,17 @@ struct MapTrial {
 /// @param refused names that are not tried, and why; what fails is added
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::span<const double> weight,
-                                  std::size_t flips, std::uint64_t seed);
+                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed);
 
 /// A model with an effect whose first map is estimated, whatever it is worth. @throws simulation::EffectError
-ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate,
-                         std::span<const double> weight);
+ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate);
 
 /// The score of a term's maps in a model without it.
 Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
                     std::uint64_t seed);
 
-/// A state whose maps are estimated anew, from the conditions that have a weight alone.
-State with_maps_of(const Problem& problem, State state, std::span<const double> weight);
+/// A state whose maps are estimated anew.
+State with_maps_of(const Problem& problem, State state);
 
 /// True if a state has maps that were estimated.
 bool has_maps(const State& state);
@@ -47,9 +45,9 @@ bool maps_follow(const State& state);
 std::vector<Column> map_columns(const Problem& problem, const State& state);
 
 /// As fit(), with maps that follow the other effects.
-ModelFit fit_with_maps(const Problem& problem, State start, std::span<const double> weight);
+ModelFit fit_with_maps(const Problem& problem, State start);
 /// As fit_roughly(), likewise where maps_follow().
 /// @param start where maps are those of another state
-ModelFit fit_roughly_with_maps(const Problem& problem, State start, std::span<const double> weight);
+ModelFit fit_roughly_with_maps(const Problem& problem, State start);
 
 }  // namespace tofgraph::diagnosis

@@ -5,7 +5,6 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
 #include "diagnosis/model/residual_structure.hpp"
-#include "diagnosis/search/discrimination.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -135,9 +134,7 @@ void describe(const Unmeasured& condition, const Question& question, NextConditi
       relative += std::pow(left[0][row], 2) / (variance + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
                                                std::pow(sd.offset * problem.offset_response(0, row), 2) +
                                                std::pow(sd.light * ideal.light_response(problem, 0, row), 2));
-      // Half paths become depths.
-      const double scale = o == distance && problem.design.shows_board(0) ? 1 / problem.design.shift(0)[row] : 1;
-      square += std::pow(scale * left[0][row], 2);
+      square += std::pow(problem.shown_scale(o, 0, row) * left[0][row], 2);
       ++count;
     }
     if (count == 0 || relative / count <= largest) continue;

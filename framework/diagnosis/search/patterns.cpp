@@ -225,20 +225,18 @@ BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd&
   return size;
 }
 
-namespace {}  // namespace
-
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&
                      pattern.axis != smooth_over_image;
   return fmt::format("{}{} {}", observable_names[pattern.observable], along ? " along" : ",", pattern.axis);
 }
 
-std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& fit, std::span<const double> weight) {
+std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& fit) {
   const RandomEffectSd& sd = fit.state.random_sd;
   if (sd.offset < settings.unsteady_sd) return std::nullopt;
   State merged = fit.state;
   merged.random_sd = {.jitter = std::hypot(sd.jitter, sd.offset), .offset = 0, .light = sd.light};
-  const double gain = fit_nuisances(problem, merged, weight).deviance - fit.deviance;
+  const double gain = fit_nuisances(problem, merged).deviance - fit.deviance;
   if (gain < settings.unsteady_min_gain) return std::nullopt;
   return Pattern{.observable = distance,
                  .axis = no_setting,

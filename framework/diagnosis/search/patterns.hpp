@@ -69,7 +69,7 @@ std::optional<Pattern> large_smooth_field(const Problem& problem, const ModelFit
 
 /// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
 /// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
-std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& fit, std::span<const double> weight);
+std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& fit);
 
 class PatternFinder {
  public:

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/pixel_maps.hpp"
 
-#include "diagnosis/data/condition_frames.hpp"
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/data/superpixels.hpp"
 #include "diagnosis/search/maps.hpp"
 
 #include <fmt/format.h>

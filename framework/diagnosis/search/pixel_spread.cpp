@@ -1,16 +1,21 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Rows of measured standard deviations, and what is said of them.
 #include "diagnosis/search/pixel_spread.hpp"
 
+#include <ceres/tiny_solver.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <Eigen/Dense>
 #include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
+#include <set>
 
 namespace tofgraph::diagnosis {
+
 namespace {
 
 constexpr double gain_step = 2e-3;  ///< m, for the derivative of what the model measures
@@ -108,6 +113,244 @@ std::vector<std::string> notes_on_spread(const PixelSpread& spread) {
         "Of the pixels' standard deviations, no law explains those of {} {}: {} rows are {:.2g} times the fitted ones.",
         spread.residual->setting, spread.residual->level, spread.residual->rows, spread.residual->ratio));
   return notes;
+}
+
+namespace {
+
+using Laws = std::vector<SpreadLaw>;
+
+constexpr double row_sd = 0.15;      ///< of the logarithm of a printed standard deviation: weight beside the next
+constexpr double light_sd = 1;       ///< of the logarithm of a target's light: a factor e
+constexpr double near_share = 0.25;  ///< what counts as explained
+
+constexpr double start_value[spread_laws] = {2e-3, 1e-3, 100, 0.5, 2};
+
+/// Standard deviation of normal values of which those beyond a reach are left out.
+double within_reach(double sd, double reach) {
+  if (std::isnan(reach)) return sd;
+  const double a = reach / sd;
+  if (a < 0.05) return reach / std::sqrt(3);  // evenly filled
+  const double inside = std::erf(a / std::numbers::sqrt2);
+  const double density = std::exp(-a * a / 2) / std::sqrt(2 * std::numbers::pi);
+  return sd * std::sqrt(1 - 2 * a * density / inside);
+}
+
+/// Standard deviation that a law alone makes at its start value, m.
+double size_of(SpreadLaw law, const SpreadRow& row, double amplitude, const SpreadNoise& noise) {
+  const double unit = start_value[static_cast<std::size_t>(law)], scale = noise.metres_per_radian / amplitude;
+  switch (law) {
+    case SpreadLaw::pattern:
+      return unit;
+    case SpreadLaw::growing:
+      return unit * row.distance;
+    case SpreadLaw::inside:
+      return unit * row.integration_time * scale;
+    case SpreadLaw::dark:
+      return unit * scale;
+    default:
+      return unit * scale *
+             std::sqrt((noise.read_noise * noise.read_noise + noise.shot_noise * amplitude / (2 * noise.contrast)) /
+                       row.frames);
+  }
+}
+
+/// A choice of laws for some rows: least squares in the logarithms, by Levenberg and Marquardt.
+class SpreadFit {
+ public:
+  SpreadFit(std::span<const SpreadRow> rows, Laws laws, const SpreadNoise& noise)
+      : rows_(rows), laws_(std::move(laws)), noise_(noise) {
+    for (const SpreadRow& row : rows) {
+      if (std::ranges::find(targets_, row.target) == targets_.end()) targets_.push_back(row.target);
+    }
+    const bool by_light = std::ranges::any_of(laws_, [](SpreadLaw law) { return law >= SpreadLaw::inside; });
+    const auto lights = by_light ? targets_.size() - 1 : 0;
+    values_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(laws_.size() + lights));
+    values_.head(static_cast<Eigen::Index>(laws_.size())).setOnes();
+    ceres::TinySolver<SpreadFit> solver;
+    solver.options.max_num_iterations = 200;
+    solver.options.function_tolerance = 1e-9;
+    Eigen::VectorXd values = values_;
+    solver.Solve(*this, &values);
+    values_ = values;
+  }
+
+  // As the solver takes a function.
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+  int NumResiduals() const { return static_cast<int>(residuals(values_).size()); }
+  int NumParameters() const { return static_cast<int>(values_.size()); }
+  bool operator()(const double* values, double* residual, double* jacobian) const {
+    constexpr double step = 1e-6;
+    const Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(values, values_.size()), r = residuals(here);
+    Eigen::Map<Eigen::VectorXd>(residual, r.size()) = r;
+    for (Eigen::Index j = 0; jacobian != nullptr && j < here.size(); ++j) {
+      Eigen::VectorXd moved = here;
+      moved[j] += step;
+      Eigen::Map<Eigen::MatrixXd>(jacobian, r.size(), here.size()).col(j) = (residuals(moved) - r) / step;
+    }
+    return true;
+  }
+
+  double predicted(const SpreadRow& row) const { return predicted(row, values_); }
+  double error(const SpreadRow& row) const { return std::log(row.sd / predicted(row)); }
+  double squares() const {
+    double sum = 0;
+    for (const SpreadRow& row : rows_) sum += error(row) * error(row);
+    return sum;
+  }
+  double bic() const {
+    const auto n = static_cast<double>(rows_.size());
+    return n * std::log(squares() / n) + static_cast<double>(values_.size()) * std::log(n);
+  }
+  std::vector<SpreadTerm> terms() const {
+    std::vector<SpreadTerm> result;
+    for (std::size_t k = 0; k < laws_.size(); ++k)
+      result.push_back({laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) *
+                                      start_value[static_cast<std::size_t>(laws_[k])]});
+    return result;
+  }
+  std::map<std::string, double> light() const {
+    std::map<std::string, double> result;
+    for (const std::string& target : targets_) result[target] = std::exp(light_of(target, values_));
+    return result;
+  }
+
+ private:
+  double light_of(const std::string& target, const Eigen::VectorXd& values) const {
+    const auto place = std::ranges::find(targets_, target) - targets_.begin();
+    const auto at = static_cast<Eigen::Index>(laws_.size()) + place - 1;
+    return place == 0 || at >= values.size() ? 0 : values[at];
+  }
+
+  double predicted(const SpreadRow& row, const Eigen::VectorXd& values) const {
+    const double amplitude = row.amplitude * std::exp(light_of(row.target, values));
+    double variance = 1e-12;  // a micrometre, where no law has anything
+    for (std::size_t k = 0; k < laws_.size(); ++k) {
+      const double part = values[static_cast<Eigen::Index>(k)] * size_of(laws_[k], row, amplitude, noise_);
+      variance += part * part;
+    }
+    return within_reach(row.gain * std::sqrt(variance), row.reach);
+  }
+
+  Eigen::VectorXd residuals(const Eigen::VectorXd& values) const {
+    const auto n = static_cast<Eigen::Index>(rows_.size()), laws = static_cast<Eigen::Index>(laws_.size());
+    Eigen::VectorXd r(n + values.size() - laws);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const SpreadRow& row = rows_[static_cast<std::size_t>(i)];
+      r[i] = std::log(predicted(row, values) / row.sd) / row_sd;
+    }
+    r.tail(values.size() - laws) = values.tail(values.size() - laws) / light_sd;
+    return r;
+  }
+
+  std::span<const SpreadRow> rows_;
+  Laws laws_;
+  SpreadNoise noise_;
+  std::vector<std::string> targets_;  ///< in the order of the rows
+  Eigen::VectorXd values_;  ///< of the laws in units of their start values, then ln of the light of each further target
+};
+
+/// Laws that the rows can show.
+Laws candidate_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
+  Laws laws = {SpreadLaw::pattern, SpreadLaw::growing, SpreadLaw::inside, SpreadLaw::dark};
+  const bool counted = std::ranges::all_of(rows, [](const SpreadRow& row) { return row.frames >= 1; });
+  if (counted && noise.read_noise >= 0 && noise.shot_noise >= 0 && noise.contrast > 0)
+    laws.push_back(SpreadLaw::temporal_noise);
+  return laws;
+}
+
+/// Adds or takes out one law after the other while the criterion falls.
+Laws chosen_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
+  Laws chosen;
+  double best = std::numeric_limits<double>::infinity();
+  for (;;) {
+    Laws next;
+    for (const SpreadLaw law : candidate_laws(rows, noise)) {
+      Laws tried = chosen;
+      if (std::erase(tried, law) == 0) tried.push_back(law);
+      if (tried.empty()) continue;
+      const double bic = SpreadFit(rows, tried, noise).bic();
+      if (bic < best) best = bic, next = tried;
+    }
+    if (next.empty()) return chosen;
+    chosen = next;
+  }
+}
+
+double root_mean_square(const std::vector<double>& errors) {
+  return std::sqrt(std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0) /
+                   static_cast<double>(errors.size()));
+}
+
+double share_near(const std::vector<double>& errors) {
+  const auto near = std::ranges::count_if(errors, [](double e) { return std::abs(std::exp(-e) - 1) < near_share; });
+  return static_cast<double>(near) / static_cast<double>(errors.size());
+}
+
+/// Errors of each distance's rows, laws chosen and fitted without them.
+std::vector<double> held_out_errors(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
+  std::set<double> distances;
+  for (const SpreadRow& row : rows) distances.insert(row.distance);
+  std::vector<double> errors;
+  for (const double distance : distances) {
+    std::vector<SpreadRow> others;
+    std::ranges::copy_if(rows, std::back_inserter(others), [&](const SpreadRow& r) { return r.distance != distance; });
+    if (others.size() < spread_laws + 2) return {};
+    const SpreadFit fit(others, chosen_laws(others, noise), noise);
+    for (const SpreadRow& row : rows) {
+      if (row.distance == distance) errors.push_back(fit.error(row));
+    }
+  }
+  return errors;
+}
+
+/// The group with the largest significant mean error.
+std::optional<SpreadResidual> residual_of(std::span<const SpreadRow> rows, const SpreadFit& fit, double rms) {
+  constexpr std::size_t few = 3;
+  constexpr double significant = 3;  // standard deviations
+  std::map<std::pair<std::string, std::string>, std::vector<double>> groups;
+  for (const SpreadRow& row : rows) {
+    groups[{"distance", fmt::format("{:.4g} m", row.distance)}].push_back(fit.error(row));
+    groups[{"target", row.target}].push_back(fit.error(row));
+    groups[{"integration_time", fmt::format("{:.4g} ms", row.integration_time * 1e3)}].push_back(fit.error(row));
+  }
+  std::optional<SpreadResidual> worst;
+  for (const auto& [name, errors] : groups) {
+    const auto n = static_cast<double>(errors.size());
+    const double mean = std::accumulate(errors.begin(), errors.end(), 0.0) / n;
+    if (errors.size() < few || std::abs(mean) * std::sqrt(n) < significant * rms) continue;
+    if (!worst || std::abs(mean) > std::abs(std::log(worst->ratio)))
+      worst = SpreadResidual{name.first, name.second, std::exp(mean), errors.size()};
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::optional<PixelSpread> fit_spread(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
+  if (rows.size() < spread_laws + 2) return std::nullopt;
+  const SpreadFit fit(rows, chosen_laws(rows, noise), noise);
+  std::vector<double> errors;
+  for (const SpreadRow& row : rows) errors.push_back(fit.error(row));
+  PixelSpread result{.rows = rows.size(), .terms = fit.terms(), .light = fit.light()};
+  result.rms = root_mean_square(errors);
+  result.within = share_near(errors);
+  if (const std::vector<double> aside = held_out_errors(rows, noise); aside.size() == rows.size()) {
+    result.held_out_rms = root_mean_square(aside);
+    result.held_out_within = share_near(aside);
+  }
+  result.residual = residual_of(rows, fit, result.rms);
+  return result;
+}
+
+std::string_view spread_law_name(SpreadLaw law) {
+  static constexpr std::string_view names[spread_laws] = {"pattern", "growing", "inside", "dark", "temporal_noise"};
+  return names[static_cast<std::size_t>(law)];
+}
+
+std::string_view spread_law_unit(SpreadLaw law) {
+  static constexpr std::string_view units[spread_laws] = {"m", "m/m", "counts/s", "counts", ""};
+  return units[static_cast<std::size_t>(law)];
 }
 
 }  // namespace tofgraph::diagnosis

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/rivals.hpp"
+#include "diagnosis/search/findings.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/residual_structure.hpp"
@@ -84,7 +84,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
     const bool asked = of_set_up && std::ranges::find(alike, candidate->name()) != alike.end();
     if (!asked || candidate->maps().empty() || is_in(less.state, *candidate)) continue;
     try {
-      compare(*candidate, fit_with_map_of(problem_, less.state, *candidate, selection_.weight()));
+      compare(*candidate, fit_with_map_of(problem_, less.state, *candidate));
     } catch (const simulation::EffectError&) {  // it gives no number there
     }
   }
@@ -140,7 +140,7 @@ std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const s
   std::vector<Rival> rivals;
   try {
     for (auto term = terms.rbegin(); term != terms.rend(); ++term)
-      less = without(problem_, less, {*term, std::nullopt}, selection_.weight());
+      less = without(problem_, less, {*term, std::nullopt});
     for (ModelFit& fit : selection_.forms_of(less, candidate))
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // it gives no number there

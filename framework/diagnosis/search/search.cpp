@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/search.hpp"
 
-#include "diagnosis/model/board_offsets.hpp"
+#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/search/effect_tests.hpp"
 
@@ -185,8 +185,7 @@ class Search {
       if (pattern.significant && pattern.largest > settings.practical_threshold[pattern.observable])
         result_.rest.push_back(std::move(pattern));
     }
-    for (std::optional<Pattern> pattern :
-         {unsteady_camera(problem, best, selection_.weight()), large_smooth_field(problem, best)}) {
+    for (std::optional<Pattern> pattern : {unsteady_camera(problem, best), large_smooth_field(problem, best)}) {
       if (pattern) result_.rest.push_back(std::move(*pattern));
     }
     result_.misplaced = misplaced(board_offsets_of(problem, best.state));

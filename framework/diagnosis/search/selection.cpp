@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
-#include "diagnosis/model/board_offsets.hpp"
-#include "diagnosis/search/map_search.hpp"
+#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/trials.hpp"
 
 #include <fmt/format.h>
@@ -32,14 +31,13 @@ Selection::Selection(const Problem& problem, const std::vector<Term>& model,
             model,
             candidates,
             options,
-            std::move(refused),
-            std::vector<double>(problem.data.size(), 1)} {}
+            std::move(refused)} {}
 
 void Selection::begin() {
   task_.report_progress("fitting the model as it is");
   State start = first_state(problem(), task_.model);
   if (!task_.model.empty()) update_grid_bias(problem(), start);
-  accept(fit(problem(), start, weight()));
+  accept(fit(problem(), start));
   selected_.original = best();
   reached_ = selected_;
   deadline_ = task_.options.deadline;
@@ -59,13 +57,13 @@ void Selection::update_drift_mean() {
   const double mean = state.random_sd.mean;
   if (std::abs(std::log(mean / best().state.random_sd.mean)) < settings.jitter_scale_change) return;
   if (mean < best().state.random_sd.mean && task_.added(best()) > 0)
-    selected_.about_drift_mean = fit_nuisances(problem(), state, weight());
-  selected_.best = fit_with_maps(problem(), std::move(state), weight());
+    selected_.about_drift_mean = fit_nuisances(problem(), state);
+  selected_.best = fit_with_maps(problem(), std::move(state));
   if (selected_.original.state.log_reflectivity.empty()) return;  // there is none yet
   State given = selected_.original.state;
   given.random_sd.mean = mean;
   std::vector<Column> jacobian = std::move(selected_.original.jacobian);
-  selected_.original = fit_with_maps(problem(), std::move(given), weight());
+  selected_.original = fit_with_maps(problem(), std::move(given));
   selected_.original.jacobian = std::move(jacobian);
 }
 
@@ -78,7 +76,7 @@ void Selection::return_to_given() {
   State given = best().state;
   given.terms = task_.model;
   if (!task_.model.empty()) update_grid_bias(problem(), given);
-  ModelFit fit = fit_nuisances(problem(), std::move(given), weight());
+  ModelFit fit = fit_nuisances(problem(), std::move(given));
   const auto rows = expected(problem(), fit.state);
   const std::vector<Column> columns = jacobian(problem(), fit.state, rows);
   const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
@@ -93,13 +91,13 @@ void Selection::refit() {
   State exact = best().state;
   update_grid_bias(problem(), exact, true);
   const State positive = with_positive_amplitudes(problem(), std::move(exact));
-  accept(fit_with_maps(problem(), with_means_in_constant(problem(), positive), weight()));
+  accept(fit_with_maps(problem(), with_means_in_constant(problem(), positive)));
 }
 
 ModelFit Selection::refitted(State state) const {
   state.nuisances = best().state.nuisances;
   update_grid_bias(problem(), state, true);
-  return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)), weight());
+  return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)));
 }
 
 void Selection::forward_select() {
@@ -198,7 +196,7 @@ std::vector<ModelTerm> Selection::additions() const {
 const ModelFit& Selection::without(const ModelTerm& piece) {
   const auto known = std::ranges::find(without_, piece, &std::pair<ModelTerm, ModelFit>::first);
   if (known != without_.end()) return known->second;
-  return without_.emplace_back(piece, diagnosis::without(problem(), best(), piece, weight())).second;
+  return without_.emplace_back(piece, diagnosis::without(problem(), best(), piece)).second;
 }
 
 void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
@@ -343,7 +341,7 @@ bool Selection::allow(ConditionNuisances more) {
     with.nuisances = std::move(more);
     refine(std::move(with));
     ModelFit given = selected_.original_beside_best();
-    given = fit_with_maps(problem(), std::move(given.state), weight());
+    given = fit_with_maps(problem(), std::move(given.state));
     given.jacobian = std::move(selected_.original.jacobian);
     selected_.original = std::move(given);
   } catch (const simulation::EffectError& error) {
@@ -387,7 +385,7 @@ void Selection::select_from_boards() {
 /// Fits with what the coarse grid misses of a state, its maps anew. @throws simulation::EffectError
 void Selection::refine(State state) {
   update_grid_bias(problem(), state);
-  accept(fit_with_maps(problem(), std::move(state), weight()));
+  accept(fit_with_maps(problem(), std::move(state)));
   without_.clear();
   selected_.best = boards_.refit(std::move(selected_.best));
 }

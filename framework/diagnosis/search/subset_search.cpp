@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/subset_search.hpp"
+#include "diagnosis/search/selection.hpp"
 
 #include <fmt/format.h>
 
@@ -254,7 +254,7 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
     start = all.list[c].placed(std::move(start), off);
   }
   try {
-    keep_better(fit_roughly_with_maps(task_.problem, std::move(start), task_.weight));
+    keep_better(fit_roughly_with_maps(task_.problem, std::move(start)));
   } catch (const simulation::EffectError&) {  // nothing from there
   }
   task_.note({"fitted again",
@@ -311,7 +311,7 @@ std::optional<ModelFit> SubsetSearch::fitted(const ModelFit& from, const Alterna
   std::optional<ModelFit> best;
   const auto try_from = [&](State state) {
     try {
-      ModelFit next = fit_roughly_with_maps(task_.problem, std::move(state), task_.weight);
+      ModelFit next = fit_roughly_with_maps(task_.problem, std::move(state));
       if (!best || next.deviance < best->deviance) best = std::move(next);
     } catch (const simulation::EffectError&) {  // nothing from there
     }

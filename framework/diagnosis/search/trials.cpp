@@ -36,23 +36,21 @@ Column change(const Problem& problem, const State& state, const Rows& rows, cons
   return column;
 }
 
-/// A probe and its group for each of the shapes at which a piece is scored. @param piece see Probe
+/// A probe and its group for each of the shapes at which a candidate is scored.
 void probe(const Problem& problem, const State& state, const Rows& rows, const Candidate& candidate,
-           const ModelTerm& piece, NonlinearRange range, Probes& probes) {
-  Probe one{&candidate, piece, {}, {}, {}};
-  const std::vector<FreeParameter>& parameters = one.parameters();
+           NonlinearRange range, Probes& probes) {
+  Probe one{&candidate, {}, {}, {}};
+  const std::vector<FreeParameter>& parameters = candidate.free();
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].nonlinear) continue;
     one.amplitudes.push_back(k);
     one.steps.push_back(parameters[k].step());
   }
   if (one.amplitudes.empty()) return;
-  const std::string name =
-      piece.refinement ? candidate.name() + "." + candidate.refinements()[*piece.refinement].name : candidate.name();
   bool first = true;
   for (std::vector<double>& values : probes_of(parameters, range)) {
     one.values = std::move(values);
-    Group group{name, {}};
+    Group group{candidate.name(), {}};
     try {
       for (std::size_t c = 0; c < one.amplitudes.size(); ++c)
         group.columns.push_back(change(problem, state, rows, one, one.amplitudes[c], one.steps[c]));
@@ -69,12 +67,7 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
 }  // namespace
 
 State Probe::placed(State state, std::span<const double> chosen) const {
-  if (!piece.refinement) {
-    state.terms.push_back({candidate, {chosen.begin(), chosen.end()}});
-    return state;
-  }
-  Term& term = state.terms[piece.term];
-  term = refined(std::move(term), *piece.refinement, chosen);
+  state.terms.push_back({candidate, {chosen.begin(), chosen.end()}});
   return state;
 }
 
@@ -90,7 +83,7 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
     if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
     const std::size_t before = probes.list.size();
     try {
-      probe(problem, state, rows, *candidate, {state.terms.size(), std::nullopt}, range, probes);
+      probe(problem, state, rows, *candidate, range, probes);
     } catch (const simulation::EffectError& error) {
       probes.refused[candidate->name()] = error.what();
       probes.list.resize(before);
@@ -100,27 +93,6 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
   return probes;
 }
 
-Probes refinement_probes(const Problem& problem, const State& state) {
-  Probes probes;
-  const auto rows = expected(problem, state);
-  for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    const Candidate& candidate = *state.terms[t].candidate;
-    for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
-      if (candidate.refined(r)) continue;
-      const std::size_t before = probes.list.size();
-      try {
-        probe(problem, state, rows, candidate.with(r), {t, r}, NonlinearRange::any, probes);
-      } catch (const simulation::EffectError&) {
-        probes.list.resize(before);
-        probes.groups.resize(before);
-      }
-    }
-  }
-  return probes;
-}
-
-namespace {}  // namespace
-
 /// Starts of a fit: at the amplitudes that the score suggests; with those that it does not determine at half their
 /// typical value, as a size may need another one to show; and where the effect changes nothing.
 std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
@@ -128,7 +100,7 @@ std::vector<State> Trials::starts(const State& state, const Probe& probe, const 
   bool unmoved = false;
   for (std::size_t c = 0; c < probe.amplitudes.size(); ++c) {
     const std::size_t k = probe.amplitudes[c];
-    const FreeParameter& p = probe.parameters()[k];
+    const FreeParameter& p = probe.candidate->free()[k];
     const double share = score.values(static_cast<Eigen::Index>(c));
     guess[k] = other[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
     if (std::abs(share) > settings.unmoved_amplitude) continue;
@@ -148,7 +120,7 @@ Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& scor
     // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
     if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
     try {
-      ModelFit next = fit_last(problem_, all[s], weight_, base.jacobian);
+      ModelFit next = fit_last(problem_, all[s], base.jacobian);
       if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
@@ -200,7 +172,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   return result;
 }
 
-ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece, std::span<const double> weight) {
+ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece) {
   std::vector<Column> columns = best.jacobian;
   State state = best.state;
   std::size_t first = first_parameter(state, piece.term);
@@ -215,8 +187,8 @@ ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& 
   const auto at = columns.begin() + static_cast<std::ptrdiff_t>(first);
   columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
   update_reflectivity_jacobian(problem, state);
-  ModelFit less = fit_last(problem, std::move(state), weight, columns);
-  if (has_maps(less.state)) less = fit_with_maps(problem, less.state, weight);  // maps take over what they can
+  ModelFit less = fit_last(problem, std::move(state), columns);
+  if (has_maps(less.state)) less = fit_with_maps(problem, less.state);  // maps take over what they can
   less.jacobian = std::move(columns);
   return less;
 }

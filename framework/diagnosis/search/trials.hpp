@@ -14,18 +14,13 @@ namespace tofgraph::diagnosis {
 
 // ---- Changes that each candidate would make, before any is fitted ----
 
-/// A candidate, or a refinement of a term that is in the model, with shapes at which its sizes are scored.
+/// A candidate with shapes at which its sizes are scored.
 struct Probe {
-  const Candidate* candidate = nullptr;  ///< of a refinement the one that has it
-  ModelTerm piece;                       ///< of a refinement: the term that gets it
+  const Candidate* candidate = nullptr;
   std::vector<double> values;
   std::vector<std::size_t> amplitudes;  ///< the parameters that the columns of its group stand for
   std::vector<double> steps;            ///< of these, SI: what one column is for
 
-  /// Those that `values` are of.
-  const std::vector<FreeParameter>& parameters() const {
-    return piece.refinement ? candidate->refinements()[*piece.refinement].parameters : candidate->free();
-  }
   /// A state with it. @param chosen values of its parameters
   State placed(State state, std::span<const double> chosen) const;
 };
@@ -42,9 +37,6 @@ struct Probes {
 Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
                  NonlinearRange range = NonlinearRange::any);
 
-/// Probes of the refinements that the terms of a state do not have. Those that give no number are left out.
-Probes refinement_probes(const Problem& problem, const State& state);
-
 /// True if a state has an effect of this name.
 bool is_in(const State& state, const Candidate& candidate);
 
@@ -59,9 +51,8 @@ struct Trial {
 
 class Trials {
  public:
-  Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates,
-         std::span<const double> weight)
-      : problem_(problem), candidates_(candidates), weight_(weight) {}
+  Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates)
+      : problem_(problem), candidates_(candidates) {}
 
   /// Probes the candidates anew. @param state what their changes are made to @param refused which are not tried, and
   /// why
@@ -84,7 +75,6 @@ class Trials {
 
   const Problem& problem_;
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
-  std::span<const double> weight_;
   Probes probes_;
 };
 
@@ -92,7 +82,7 @@ class Trials {
 std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
 /// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
-ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece, std::span<const double> weight);
+ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece);
 
 // ---- Lower limits of the deviance that a model loses without a term, before it is fitted without it ----
 

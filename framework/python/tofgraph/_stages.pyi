@@ -255,10 +255,10 @@ class Stages:
         @param serial the camera's serial number, compared with the calibration's; default: the recording's
         @param other_serial true: a calibration of a device with another serial number is used, with a warning; default false
         """
-    def optimized_bistatic(self, *, name: str = ..., solver: Literal["newton", "closed_form", "bisection"] = ..., **more: Any) -> Node:
+    def optimized_bistatic(self, *, name: str = ..., solver: Literal["newton", "bisection"] = ..., **more: Any) -> Node:
         """Distance to depth by the optimized bistatic model, for any sources anywhere.
 
-        @param solver newton: any number of sources, with Newton steps only where a corrected closed form is not exact enough; closed_form: exact, for one source only; bisection: the slow reference in double precision; default newton
+        @param solver newton: with Newton steps only where a corrected closed form is not exact enough; bisection: the slow reference in double precision; default newton
         """
     def orient(self, *, name: str = ..., mirror: Literal["none", "left_right", "top_bottom"] = ..., turn: Literal[0, 90, 180, 270] = ..., camera: Literal["turned", "kept"] = ..., **more: Any) -> Node:
         """Mirrors and turns images together with the lens and the light sources.

@@ -108,40 +108,67 @@ void write_conditions(const File& file, const Problem& problem, std::uint64_t se
   file.write("conditions/order", order, {n});
 }
 
-void write_columns(const File& file, const Probes& probes) {
+/// What is written of a column: columns of one start are tried together, at one value of the effect's shapes.
+struct Names {
   std::vector<std::string> effects, parameters;
-  std::vector<double> start, steps;
-  for (std::size_t p = 0; p < probes.list.size(); ++p) {
-    const Probe& probe = probes.list[p];
-    for (std::size_t k = 0; k < probe.amplitudes.size(); ++k) {
-      file.write(fmt::format("columns/{:03}", effects.size()), probes.groups[p].columns[k]);
-      effects.push_back(probe.candidate->name());
-      parameters.push_back(probe.parameters()[probe.amplitudes[k]].name);
-      start.push_back(static_cast<double>(p));
-      steps.push_back(probe.steps[k]);
-    }
-  }
-  const hsize_t n = effects.size();
-  file.write("names/effect", effects);
-  file.write("names/parameter", parameters);
-  file.write("names/probe", start,
-             {n});                       // columns of one probe are tried together, at one value of the effect's shapes
-  file.write("names/step", steps, {n});  // SI, what a column is for
+  std::vector<double> starts, steps;  ///< the latter SI, what a column is for
+};
+
+void write_column(const File& file, const Column& column, const std::string& effect, const FreeParameter& parameter,
+                  std::size_t start, Names& names) {
+  file.write(fmt::format("columns/{:03}", names.effects.size()), column);
+  names.effects.push_back(effect);
+  names.parameters.push_back(parameter.name);
+  names.starts.push_back(static_cast<double>(start));
+  names.steps.push_back(parameter.step());
 }
 
-/// Probes, including refinements, each beside its effect with that off.
-Probes all_probes(const Problem& problem, const State& state,
-                  const std::vector<std::unique_ptr<Candidate>>& candidates) {
-  Probes all = probes_of(problem, state, candidates);
-  for (const auto& candidate : candidates) {
-    if (candidate->refinements().empty() || all.refused.contains(candidate->name())) continue;
-    State with = state;
-    with.terms.push_back({candidate.get(), probes_of(candidate->free()).front()});
-    Probes more = refinement_probes(problem, with);
-    std::ranges::move(more.list, std::back_inserter(all.list));
-    std::ranges::move(more.groups, std::back_inserter(all.groups));
+/// Changes by the refinements of an effect, each beside the effect with that off. Those that give no number are left
+/// out.
+void write_refinements(const File& file, const Problem& problem, const State& state, const Candidate& candidate,
+                       std::size_t& start, Names& names) {
+  if (candidate.refinements().empty()) return;
+  State with = state;
+  with.terms.push_back({&candidate, probes_of(candidate.free()).front()});
+  const Term off = with.terms.back();
+  const Rows rows = expected(problem, with);
+  for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
+    const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
+    for (const std::vector<double>& values : probes_of(parameters)) {
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        if (parameters[k].nonlinear) continue;
+        std::vector<double> moved = values;
+        moved[k] += parameters[k].step();
+        with.terms.back() = refined(off, r, moved);
+        try {
+          write_column(file, difference(expected(problem, with), rows), candidate.name(), parameters[k], start, names);
+        } catch (const simulation::EffectError&) {
+          continue;
+        }
+      }
+      ++start;
+    }
   }
-  return all;
+}
+
+void write_columns(const File& file, const Problem& problem, const State& state,
+                   const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  const Probes probes = probes_of(problem, state, candidates);
+  Names names;
+  std::size_t start = 0;
+  for (; start < probes.list.size(); ++start) {
+    const Probe& probe = probes.list[start];
+    for (std::size_t k = 0; k < probe.amplitudes.size(); ++k)
+      write_column(file, probes.groups[start].columns[k], probe.candidate->name(),
+                   probe.candidate->free()[probe.amplitudes[k]], start, names);
+  }
+  for (const auto& candidate : candidates)
+    if (!probes.refused.contains(candidate->name())) write_refinements(file, problem, state, *candidate, start, names);
+  const hsize_t n = names.effects.size();
+  file.write("names/effect", names.effects);
+  file.write("names/parameter", names.parameters);
+  file.write("names/probe", names.starts, {n});
+  file.write("names/step", names.steps, {n});
 }
 
 void write_alike(const File& file, const std::vector<std::unique_ptr<Candidate>>& candidates) {
@@ -163,7 +190,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   const Problem problem = make_problem(design, measurements.observations);
   State state{{}, first_log_reflectivity(problem), {}};
   update_grid_bias(problem, state);
-  state = fit_nuisances(problem, state, std::vector<double>(design.size(), 1)).state;
+  state = fit_nuisances(problem, state).state;
   const Column rows = expected(problem, state);
   const File file(out);
   Column residual, variance;
@@ -180,7 +207,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   file.write("observables", std::vector<std::string>(observable_names.begin(), observable_names.end()));
   file.write("superpixels", {static_cast<double>(design.superpixels())}, {1});
   write_conditions(file, problem, seed);
-  write_columns(file, all_probes(problem, state, candidates));
+  write_columns(file, problem, state, candidates);
   write_alike(file, candidates);
 }
 

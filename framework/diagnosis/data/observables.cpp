@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/data/demodulation.hpp"
+#include "diagnosis/data/observables.hpp"
 
 #include <cmath>
 #include <numeric>

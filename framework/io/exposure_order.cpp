@@ -1,34 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// Consistency of a frame with its stated exposures. Exchanged images leave samples that no phase explains, or
-/// unrelated neighbours; the wrong sign of phase makes brighter surfaces look farther; exchanged taps shift everything
-/// by half a range, where surfaces would have to be brighter than white.
-#pragma once
+#include "io/exposure_order.hpp"
 
 #include <tofgraph/physics/unwrapping.hpp>
 
-#include <optional>
-#include <span>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
 #include <utility>
 
-namespace tofgraph::physics {
+namespace tofgraph::io {
+namespace {
 
-/// Some pixels of a frame, each with its neighbour: pixel 2 i + 1 is beside pixel 2 i.
-struct OrderSamples {
-  std::vector<std::vector<double>> pixels;  ///< P samples each, counts
-  std::vector<std::size_t> cells;           ///< which part of the image each pixel is in, from 0
-  double modulation_frequency = 0;          ///< Hz, of exposures that have none
-  double light = 0;                         ///< gain x integration time, counts m^2; 0: not known
-};
-
-/// Alternative order of the exposures, with the residuals it explains.
-struct OtherOrder {
-  std::string why;
-  Exposures exposures;  ///< that would fit; empty: none was found
-};
-
-namespace detail {
+using physics::Exposures, physics::PhaseDecoding, physics::PhaseFit, physics::phase_fits, physics::short_number,
+    physics::two_pi;
 
 /// Fit of a frame to its exposures.
 struct OrderFit {
@@ -44,7 +30,7 @@ struct OrderFit {
   double misfit() const { return rest + incoherent; }
 };
 
-inline double quantile(std::vector<double>& values, double share) {
+double quantile(std::vector<double>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::ranges::nth_element(values, at);
   return *at;
@@ -68,7 +54,7 @@ struct Moments {
 };
 
 /// Residual of a pixel's samples after the best phase, counts.
-inline double rest_of(const std::vector<PhaseFit>& fits, const std::vector<double>& c) {
+double rest_of(const std::vector<PhaseFit>& fits, const std::vector<double>& c) {
   double square = 0, count = 0;
   for (const PhaseFit& fit : fits) {
     for (const std::vector<double>& row : fit.rest) {
@@ -81,7 +67,7 @@ inline double rest_of(const std::vector<PhaseFit>& fits, const std::vector<doubl
   return count > 0 ? std::sqrt(square / count) : 0;
 }
 
-inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
+OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
   constexpr double fewest = 12;  // of a cell
   const PhaseDecoding decoding(exposures, samples.modulation_frequency);
   std::vector<double> rests, distances, whites;
@@ -127,7 +113,7 @@ inline OrderFit order_fit(const OrderSamples& samples, const Exposures& exposure
   return fit;
 }
 
-inline Exposures turned(Exposures exposures, double sign, double angle) {
+Exposures turned(Exposures exposures, double sign, double angle) {
   for (tofgraph_exposure& exposure : exposures) {
     exposure.phase = std::remainder(sign * exposure.phase + angle, two_pi);
     if (exposure.phase < -1e-9) exposure.phase += two_pi;
@@ -137,8 +123,8 @@ inline Exposures turned(Exposures exposures, double sign, double angle) {
 }
 
 /// The best of the candidates that fit the samples about as well as any: that in which light falls as it must.
-inline std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& samples,
-                                                                const std::vector<Exposures>& candidates) {
+std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& samples,
+                                                         const std::vector<Exposures>& candidates) {
   std::vector<OrderFit> fits;
   double least = std::numeric_limits<double>::infinity();
   for (const Exposures& candidate : candidates) {
@@ -155,8 +141,8 @@ inline std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSampl
 }
 
 /// Turned by each of the steps or by half a turn, with these signs.
-inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
-                                         const std::vector<double>& signs = {1.0, -1.0}) {
+std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
+                                  const std::vector<double>& signs = {1.0, -1.0}) {
   std::vector<Exposures> all;
   for (const Exposures& order : orders) {
     std::vector<double> angles = {0, std::numbers::pi};
@@ -174,7 +160,7 @@ inline std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
 
 /// The orders that come to pass, the simplest first: turned as a whole, two images exchanged, some images late, one
 /// frequency for another, the frequencies in turn for each step instead of one after the other, and the reverse.
-inline std::vector<Exposures> other_orders(const Exposures& said) {
+std::vector<Exposures> other_orders(const Exposures& said) {
   const std::size_t n = said.size();
   std::vector<Exposures> orders = all_turned({said});
   for (const bool same_frequency : {true, false}) {
@@ -208,7 +194,7 @@ inline std::vector<Exposures> other_orders(const Exposures& said) {
 }
 
 /// The few of them that leave the least misfit, the simplest first.
-inline std::vector<Exposures> best_orders(const OrderSamples& samples, const std::vector<Exposures>& orders) {
+std::vector<Exposures> best_orders(const OrderSamples& samples, const std::vector<Exposures>& orders) {
   OrderSamples some{{}, {}, samples.modulation_frequency, samples.light};
   for (std::size_t i = 0; i + 1 < samples.pixels.size(); i += 8) {
     for (const std::size_t k : {i, i + 1}) {
@@ -225,21 +211,17 @@ inline std::vector<Exposures> best_orders(const OrderSamples& samples, const std
   return best;
 }
 
-}  // namespace detail
+}  // namespace
 
-/// Looks for an order that explains a frame much better than that of its exposures. Nothing where it fits, or where
-/// there is too little to judge by: fewer than 64 places, or a scene without depth. Without exposures where the samples
-/// do not fit and no order was found that does.
-inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposures& exposures) {
+std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposures& exposures) {
   if (samples.pixels.size() < 128) return std::nullopt;
-  const detail::OrderFit now = detail::order_fit(samples, exposures);
+  const OrderFit now = order_fit(samples, exposures);
   constexpr double fitting_rest = 0.1, fitting_incoherence = 0.25;
   if (now.rest > fitting_rest || now.incoherent > fitting_incoherence) {
-    const auto likely = detail::best_orders(samples, detail::other_orders(exposures));
+    const auto likely = best_orders(samples, other_orders(exposures));
     // The other direction fits as well: it is taken only where light rises without it.
-    auto best = detail::best_order(samples, detail::all_turned(likely, {1.0}));
-    if (best && best->second.spread > 0.1 && best->second.rising > 0.5)
-      best = detail::best_order(samples, detail::all_turned(likely));
+    auto best = best_order(samples, all_turned(likely, {1.0}));
+    if (best && best->second.spread > 0.1 && best->second.rising > 0.5) best = best_order(samples, all_turned(likely));
     const std::string why = "its samples do not fit each other, as if images or taps were swapped";
     if (best && best->second.misfit() < 0.4 * now.misfit() && best->second.rest < fitting_rest &&
         best->second.incoherent < fitting_incoherence)
@@ -258,7 +240,7 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
                           "other way, or the gain were different",
                       {}};
   }
-  const auto best = detail::best_order(samples, detail::all_turned({exposures}));
+  const auto best = best_order(samples, all_turned({exposures}));
   if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
   const char* seen = rises       ? "brighter surfaces appear farther away"
                      : too_white ? "it would have to be brighter than white"
@@ -271,8 +253,7 @@ inline std::optional<OtherOrder> other_order(const OrderSamples& samples, const 
                     best->first};
 }
 
-/// As in a profile: "[{phase: 0 deg}, {phase: 90 deg}]".
-inline std::string exposures_yaml(const Exposures& exposures) {
+std::string exposures_yaml(const Exposures& exposures) {
   std::string text;
   for (const tofgraph_exposure& exposure : exposures) {
     text += (text.empty() ? "[" : ", ") + ("{phase: " + short_number(exposure.phase * 180 / std::numbers::pi) + " deg");
@@ -282,4 +263,4 @@ inline std::string exposures_yaml(const Exposures& exposures) {
   return text + "]";
 }
 
-}  // namespace tofgraph::physics
+}  // namespace tofgraph::io
