@@ -55,10 +55,11 @@ struct Observations {
   bool quarter_turns = false;  ///< views may differ by quarter turns of the board, which looks the same then
   std::vector<View> views;
   std::optional<LightPaths> light;         ///< none: distances are not used
+  bool fisheye = false;                    ///< the lens is fitted by the fisheye model
   std::optional<LensParameters> expected;  ///< a nominal lens to begin with
 };
 
-/// Free parameters beyond fx fy cx cy k1 k2 p1 p2.
+/// Free parameters beyond fx fy cx cy k1 k2 p1 p2; a fisheye has k1 to k4 instead of the last four.
 struct LensOptions {
   bool k3 = false, skew = false, rational = false;
   bool warp = true;       ///< the board may be bent

@@ -55,13 +55,20 @@ BundleProblem::BundleProblem(const Observations& observations, const LensOptions
     half_extent_[0] = std::max(half_extent_[0], std::abs(p.x));
     half_extent_[1] = std::max(half_extent_[1], std::abs(p.y));
   }
-  for (std::size_t i = 0; i <= lens::p2; ++i) free_lens_.push_back(i);
-  if (options.k3) free_lens_.push_back(lens::k3);
-  if (options.skew) free_lens_.push_back(lens::skew);
-  if (options.rational) free_lens_.insert(free_lens_.end(), {lens::k4, lens::k5, lens::k6});
+  using enum lens::Parameter;
+  free_lens_ = {fx, fy, cx, cy, k1, k2};
+  if (observations.fisheye) {
+    free_lens_.insert(free_lens_.end(), {k3, k4});
+  } else {
+    free_lens_.insert(free_lens_.end(), {p1, p2});
+    if (options.k3) free_lens_.push_back(k3);
+    if (options.rational) free_lens_.insert(free_lens_.end(), {k4, k5, k6});
+  }
+  if (options.skew) free_lens_.push_back(skew);
   for (std::size_t i = 0; options.warp && i < (observations.quarter_turns ? 1U : 3U); ++i) free_warp_.push_back(i);
   lens = initial_lens(observations);
   for (const int fixed : held(free_lens_, lens::count)) lens[static_cast<std::size_t>(fixed)] = 0;
+  lens[fisheye] = observations.fisheye ? 1 : 0;
   start_poses();
 }
 

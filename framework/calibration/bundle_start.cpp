@@ -12,8 +12,8 @@ namespace tofgraph::calibration {
 namespace {
 
 struct Points {
-  std::vector<cv::Point3f> board;
-  std::vector<cv::Point2f> image;
+  std::vector<cv::Point3f> board;  ///< m
+  std::vector<cv::Point2f> image;  ///< px
 };
 
 Points points_of(const Observations& observations, const View& view) {
@@ -24,11 +24,6 @@ Points points_of(const Observations& observations, const View& view) {
     points.image.emplace_back(static_cast<float>(corner.u), static_cast<float>(corner.v));
   }
   return points;
-}
-
-cv::Mat matrix_of(const LensParameters& p) {
-  return (cv::Mat_<double>(3, 3) << p[lens::fx], p[lens::fx] * p[lens::skew], p[lens::cx], 0, p[lens::fy], p[lens::cy],
-          0, 0, 1);
 }
 
 /// Mean squared reprojection error over all views with their best poses.
@@ -79,12 +74,15 @@ cv::Mat zhangs(const Observations& observations, const std::vector<std::vector<c
 }  // namespace
 
 bool initial_pose(const Observations& observations, const View& view, const LensParameters& p, Pose& pose) {
-  const Points points = points_of(observations, view);
-  const std::vector<double> distortion = {p[lens::k1], p[lens::k2], p[lens::p1], p[lens::p2],
-                                          p[lens::k3], p[lens::k4], p[lens::k5], p[lens::k6]};
+  Points points = points_of(observations, view);
+  for (std::size_t i = 0; i < points.image.size(); ++i) {  // as a pinhole of focal length 1 would image them
+    double xy[2];
+    if (!unproject(p, view.corners[i].u, view.corners[i].v, xy)) return false;
+    points.image[i] = cv::Point2f(static_cast<float>(xy[0]), static_cast<float>(xy[1]));
+  }
   cv::Mat turn, shift, rotation;
   try {
-    if (!cv::solvePnP(points.board, points.image, matrix_of(p), distortion, turn, shift)) return false;
+    if (!cv::solvePnP(points.board, points.image, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), turn, shift)) return false;
     cv::Rodrigues(turn, rotation);
   } catch (const cv::Exception&) {
     return false;
@@ -110,11 +108,15 @@ LensParameters initial_lens(const Observations& observations) {
     lens[lens::fx] = lens[lens::fy] = focal;
     lens[lens::cx] = (width - 1) / 2;
     lens[lens::cy] = (height - 1) / 2;
+    lens[lens::fisheye] = observations.fisheye ? 1 : 0;
     return lens;
   };
-  const cv::Mat zhang = zhangs(observations, board, image);
-  const double focal = zhang.at<double>(0, 0);
-  if (std::isfinite(focal) && focal > 0.2 * width && focal < 50 * width) candidates.push_back(pinhole(focal));
+  if (observations.fisheye) {  // 80 to 10 deg from the axis to the middle of the left edge
+    for (const double factor : {0.36, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8}) candidates.push_back(pinhole(factor * width));
+  } else {
+    const double focal = zhangs(observations, board, image).at<double>(0, 0);
+    if (std::isfinite(focal) && focal > 0.2 * width && focal < 50 * width) candidates.push_back(pinhole(focal));
+  }
   if (candidates.empty())
     for (const double factor : {0.7, 1.2, 2.0, 4.0}) candidates.push_back(pinhole(factor * width));
   const LensParameters* best = nullptr;

@@ -88,7 +88,10 @@ void write_lens(const Intrinsics& result, io::CalibrationWriter& writer) {
   };
   write("focal_length", {lens::fx, lens::fy}, "px");
   write("principal_point", {lens::cx, lens::cy}, "px");
-  write("distortion", {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3}, "");
+  if (result.views.observations.fisheye)
+    write("fisheye", {lens::k1, lens::k2, lens::k3, lens::k4}, "");
+  else
+    write("distortion", {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3}, "");
   if (result.options.rational) write("rational", {lens::k4, lens::k5, lens::k6}, "");
   if (result.options.skew) writer.number("skew", s.lens[lens::skew], s.sd(lens::skew), "", 1);
   io::Calibrated warp;
@@ -172,8 +175,11 @@ std::vector<std::string> summary_of(const Intrinsics& result, std::size_t condit
                   s.views.size(), conditions, s.rms, corner_sd(result)),
       fmt::format("focal length {} x {} px, principal point {}, {} px", with_sd(lens::fx, 2), with_sd(lens::fy, 2),
                   with_sd(lens::cx, 2), with_sd(lens::cy, 2)),
-      fmt::format("k1 {}, k2 {}, p1 {}, p2 {}", with_sd(lens::k1, 4), with_sd(lens::k2, 4), with_sd(lens::p1, 5),
-                  with_sd(lens::p2, 5))};
+      result.views.observations.fisheye
+          ? fmt::format("fisheye: k1 {}, k2 {}, k3 {}, k4 {}", with_sd(lens::k1, 4), with_sd(lens::k2, 4),
+                        with_sd(lens::k3, 4), with_sd(lens::k4, 4))
+          : fmt::format("k1 {}, k2 {}, p1 {}, p2 {}", with_sd(lens::k1, 4), with_sd(lens::k2, 4), with_sd(lens::p1, 5),
+                        with_sd(lens::p2, 5))};
   if (s.with_distances)
     lines.push_back(
         fmt::format("with the board's measured distances (from corners alone fx +- {:.2f} px): they are {:.1f} "
@@ -231,7 +237,8 @@ std::vector<std::string> undetermined(const LensSolution& s) {
         correlation =
             std::max(correlation, std::abs(s.covariance(i, k)) / std::sqrt(s.covariance(i, i) * s.covariance(k, k)));
     const bool unknown = s.sd(p) > std::abs(s.lens[p]) && correlation > 0.999;
-    if (unknown || (p >= lens::k4 && s.sd(p) > 10)) names.emplace_back(lens::names[p]);
+    const bool denominator = p >= lens::k4 && s.lens[lens::fisheye] == 0;
+    if (unknown || (denominator && s.sd(p) > 10)) names.emplace_back(lens::names[p]);
   }
   return names;
 }
@@ -267,10 +274,9 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
   add_distance_notes(result, notes);
   add_fit_notes(result, notes);
   if (result.lens.found)
-    notes.push_back(
-        fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}; try "
-                    "--free k3 or --free rational",
-                    result.lens.size, result.lens.explanation));
+    notes.push_back(fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
+                                result.lens.size, result.lens.explanation,
+                                result.views.observations.fisheye ? "" : "; try --free k3 or --free rational"));
   if (result.board.found)
     notes.push_back(
         fmt::format("the board is bent otherwise than fitted: the residuals have a pattern of {:.3f} px that "
@@ -325,6 +331,11 @@ Result calibrate_intrinsics(const Request& request) {
     if (request.progress) request.progress(0.5 * share, "looking for the pattern");
   };
   Intrinsics result{.views = read_lens_views(campaign, progress), .options = options_of(request)};
+  if (result.views.observations.fisheye && (result.options.k3 || result.options.rational))
+    refuse(request,
+           fmt::format("--free k3 and --free rational are of OpenCV's perspective model; the profile '{}' says "
+                       "lens: fisheye, whose k1 to k4 are fitted as it is",
+                       campaign.camera->view().name));
   try {
     solve(request, result);
   } catch (const std::runtime_error& problem) {

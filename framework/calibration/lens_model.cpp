@@ -11,15 +11,63 @@ namespace {
 /// As std::hypot, which spends time on numbers that no ray has.
 double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
-}  // namespace
+bool is_fisheye(const LensParameters& p) { return p[lens::fisheye] > 0.5; }
 
-std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y) {
-  const double s = x * x + y * y;
+/// Factor of a point's radius, and twice its derivative by s = x^2 + y^2.
+struct Radial {
+  double factor, slope;
+};
+
+Radial perspective_radial(const LensParameters& p, double s) {
   const double top = 1 + s * (p[lens::k1] + s * (p[lens::k2] + s * p[lens::k3]));
   const double bottom = 1 + s * (p[lens::k4] + s * (p[lens::k5] + s * p[lens::k6]));
   const double top_slope = p[lens::k1] + s * (2 * p[lens::k2] + s * 3 * p[lens::k3]);
   const double bottom_slope = p[lens::k4] + s * (2 * p[lens::k5] + s * 3 * p[lens::k6]);
-  const double radial = top / bottom, slope = 2 * (top_slope - radial * bottom_slope) / bottom;
+  const double radial = top / bottom;
+  return {radial, 2 * (top_slope - radial * bottom_slope) / bottom};
+}
+
+/// Radius in the image of an angle from the axis, and its derivative.
+std::pair<double, double> fisheye_radius(const LensParameters& p, double theta) {
+  const double t = theta * theta;
+  double radius = theta, slope = 1, power = t;
+  for (std::size_t i = 0; i < lens::fisheye_powers.size(); ++i, power *= t) {
+    const double k = p[lens::fisheye_powers[i]];
+    radius += k * power * theta;
+    slope += static_cast<double>(2 * i + 3) * k * power;
+  }
+  return {radius, slope};
+}
+
+Radial radial_of(const LensParameters& p, double s) {
+  if (!is_fisheye(p)) return perspective_radial(p, s);
+  const double factor = fisheye_radial<double>(p.data(), s);
+  if (s < 1e-8) return {factor, 2 * (p[lens::k1] - 1.0 / 3)};
+  return {factor, (fisheye_radius(p, std::atan(std::sqrt(s))).second / (1 + s) - factor) / s};
+}
+
+bool unproject_fisheye(const LensParameters& p, double x, double y, double* xy) {
+  const double radius = length_of(x, y);
+  double theta = std::min(radius, 1.5);
+  for (int step = 0; step < 50; ++step) {
+    const auto [at, slope] = fisheye_radius(p, theta);
+    if (!(slope > 0)) return false;
+    const double change = std::clamp((radius - at) / slope, -0.2, 0.2);
+    theta += change;
+    if (!(theta >= 0 && theta < M_PI / 2)) return false;
+    if (std::abs(change) > 1e-13) continue;
+    const double scale = radius > 1e-9 ? std::tan(theta) / radius : 1;
+    xy[0] = scale * x;
+    xy[1] = scale * y;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y) {
+  const auto [radial, slope] = radial_of(p, x * x + y * y);
   const double mixed = slope * x * y + 2 * p[lens::p1] * x + 2 * p[lens::p2] * y;
   const double xx = radial + slope * x * x + 2 * p[lens::p1] * y + 6 * p[lens::p2] * x;
   const double yy = radial + slope * y * y + 6 * p[lens::p1] * y + 2 * p[lens::p2] * x;
@@ -29,12 +77,11 @@ std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y
 
 std::array<LensParameters, 2> lens_jacobian(const LensParameters& p, double x, double y) {
   const double s = x * x + y * y;
-  const double bottom = 1 + s * (p[lens::k4] + s * (p[lens::k5] + s * p[lens::k6]));
-  const double radial = (1 + s * (p[lens::k1] + s * (p[lens::k2] + s * p[lens::k3]))) / bottom;
+  const double radial = radial_of(p, s).factor;
   const double along_x = s + 2 * x * x, along_y = s + 2 * y * y, mixed = 2 * x * y;
   const double xd = x * radial + p[lens::p1] * mixed + p[lens::p2] * along_x;
   const double yd = y * radial + p[lens::p1] * along_y + p[lens::p2] * mixed;
-  const double u_radial = p[lens::fx] * (x + p[lens::skew] * y) / bottom, v_radial = p[lens::fy] * y / bottom;
+  const double u_radial = p[lens::fx] * (x + p[lens::skew] * y), v_radial = p[lens::fy] * y;
   std::array<LensParameters, 2> result{};
   LensParameters &u = result[0], &v = result[1];
   u[lens::fx] = xd + p[lens::skew] * yd;
@@ -45,13 +92,21 @@ std::array<LensParameters, 2> lens_jacobian(const LensParameters& p, double x, d
   u[lens::p2] = p[lens::fx] * (along_x + p[lens::skew] * mixed);
   v[lens::p1] = p[lens::fy] * along_y;
   v[lens::p2] = p[lens::fy] * mixed;
-  double power = s;
+  const auto set = [&](lens::Parameter parameter, double factor) {  // d radial / d parameter
+    u[parameter] = u_radial * factor;
+    v[parameter] = v_radial * factor;
+  };
+  if (is_fisheye(p)) {
+    const double r = std::sqrt(s), theta = std::atan(r), t = theta * theta;
+    double factor = r > 1e-9 ? theta / r : 1;
+    for (const lens::Parameter k : lens::fisheye_powers) set(k, factor *= t);
+    return result;
+  }
+  double factor = 1 / (1 + s * (p[lens::k4] + s * (p[lens::k5] + s * p[lens::k6])));
   for (const auto& [above, below] : {std::pair{lens::k1, lens::k4}, {lens::k2, lens::k5}, {lens::k3, lens::k6}}) {
-    u[above] = u_radial * power;
-    u[below] = -radial * u_radial * power;
-    v[above] = v_radial * power;
-    v[below] = -radial * v_radial * power;
-    power *= s;
+    factor *= s;
+    set(above, factor);
+    set(below, -radial * factor);
   }
   return result;
 }
@@ -59,6 +114,7 @@ std::array<LensParameters, 2> lens_jacobian(const LensParameters& p, double x, d
 bool unproject(const LensParameters& p, double u, double v, double* xy) {
   double yd = (v - p[lens::cy]) / p[lens::fy];
   double x = (u - p[lens::cx]) / p[lens::fx] - p[lens::skew] * yd, y = yd;
+  if (is_fisheye(p)) return unproject_fisheye(p, x, y, xy);
   const double limit = 1.5 * length_of(x, y) + 0.5;
   for (int step = 0; step < 50; ++step) {
     double pixel[2];

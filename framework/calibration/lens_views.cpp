@@ -158,6 +158,7 @@ void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& se
 /// Sets the initial lens from the profile, and the paths of light where they are known.
 void use_profile(const tofgraph_camera& camera, Observations& observations) {
   const LensParameters lens = lens_of(camera);
+  observations.fisheye = lens[lens::fisheye] > 0.5;
   const auto finite = [](double x) { return std::isfinite(x); };
   if (std::ranges::all_of(lens, finite) && lens[lens::fx] > 0 && lens[lens::fy] > 0) observations.expected = lens;
   if (!(camera.focal_length > 0 && camera.pitch[0] > 0 && camera.pitch[1] > 0)) return;
@@ -171,20 +172,25 @@ void use_profile(const tofgraph_camera& camera, Observations& observations) {
 }  // namespace
 
 LensParameters lens_of(const tofgraph_camera& camera) {
-  if (camera.lens_model != TOFGRAPH_LENS_OPENCV)
-    throw config::ConfigurationError(fmt::format(
-        "the lens of the profile '{}' is {}: patterns are fitted with OpenCV's perspective model, a profile "
-        "with lens: opencv is needed",
-        camera.name, camera.lens_model == TOFGRAPH_LENS_FISHEYE ? "a fisheye" : "a table of rays"));
+  if (camera.lens_model == TOFGRAPH_LENS_RAYS)
+    throw config::ConfigurationError(
+        fmt::format("the lens of the profile '{}' is a table of rays: patterns are fitted with OpenCV's perspective or "
+                    "fisheye model, a profile with lens: opencv or lens: fisheye is needed",
+                    camera.name));
   LensParameters lens{};
   lens[lens::fx] = camera.focal_px[0];
   lens[lens::fy] = camera.focal_px[1];
   lens[lens::cx] = camera.principal_point[0];
   lens[lens::cy] = camera.principal_point[1];
+  lens[lens::skew] = camera.skew;
+  if (camera.lens_model == TOFGRAPH_LENS_FISHEYE) {
+    lens[lens::fisheye] = 1;
+    for (std::size_t i = 0; i < 4; ++i) lens[lens::fisheye_powers[i]] = camera.distortion[i];
+    return lens;
+  }
   constexpr std::size_t order[] = {lens::k1, lens::k2, lens::p1, lens::p2, lens::k3};
   for (std::size_t i = 0; i < 5; ++i) lens[order[i]] = camera.distortion[i];
   for (std::size_t i = 0; i < 3; ++i) lens[lens::k4 + i] = camera.further_distortion[i];
-  lens[lens::skew] = camera.skew;
   return lens;
 }
 

@@ -28,9 +28,15 @@ std::string read_intrinsics_calibration(const std::filesystem::path& path, tofgr
   };
   set("focal_length", "px", "{value: [318.2 px, 318.4 px], sd: [0.3 px, 0.3 px]}", camera.focal_px);
   set("principal_point", "px", "{value: [101.3 px, 101.7 px], sd: [0.2 px, 0.2 px]}", camera.principal_point);
-  set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
-  camera.lens_model = TOFGRAPH_LENS_OPENCV;
+  const bool fisheye = file.has("fisheye");
+  camera.lens_model = fisheye ? TOFGRAPH_LENS_FISHEYE : TOFGRAPH_LENS_OPENCV;
+  std::ranges::fill(camera.distortion, 0.0);
   std::ranges::fill(camera.further_distortion, 0.0);
+  if (fisheye)
+    set("fisheye", "", "{value: [0.02, -0.01, 0, 0], sd: [0.001, 0.002, 0.001, 0.001]}",
+        std::span(camera.distortion, 4));
+  else
+    set("distortion", "", "{value: [-0.44, 0.22, 0, 0, 0], sd: [0.01, 0.05, 0.001, 0.001, 0]}", camera.distortion);
   camera.skew = 0;
   if (file.has("rational")) set("rational", "", "{value: [0.1, 0, 0]}", std::span(camera.further_distortion, 3));
   if (file.has("skew")) set("skew", "", "{value: 0.001}", {&camera.skew, 1});

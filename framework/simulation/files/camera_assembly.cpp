@@ -56,7 +56,8 @@ std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& 
     set_entry(document, "principal_point", fmt::format("[{}, {}]", view.principal_point[0], view.principal_point[1]));
     set_entry(document, "distortion", fmt::format("[{}]", fmt::join(io::distortion_of(view), ", ")));
     set_entry(document, "skew", fmt::format("{}", view.skew));
-    if (document.find("lens") != nullptr) set_entry(document, "lens", "opencv");
+    const bool fisheye = view.lens_model == TOFGRAPH_LENS_FISHEYE;
+    if (fisheye || document.find("lens") != nullptr) set_entry(document, "lens", fisheye ? "fisheye" : "opencv");
     measured.insert(measured.end(), {"focal_length", "principal_point", "distortion", "skew"});
   }
   if (const fs::path noise = folder.file_of("noise"); !noise.empty()) {
