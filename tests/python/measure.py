@@ -99,8 +99,8 @@ def medians(calls, repetitions, frames):
 def report(name, whole, peer, of_numpy=(0, 0)):
     """Prints a line. @returns whether the time that Python adds is allowed"""
     added = [1e6 * (a - b - n) for a, b, n in zip(whole, peer, of_numpy)]
-    columns = [value for a, b, n, more in zip(whole, peer, of_numpy, added) for value in (1e6 * b, 1e6 * n, 1e6 * a, more)]
-    print(f"{name:32}" + "".join(f"{value:8.1f}" for value in columns))
+    rows = zip([1e6 * s for s in peer], [1e6 * s for s in of_numpy], [1e6 * s for s in whole], added)
+    print(f"{name:32}" + "".join(f"{value:8.1f}" for row in rows for value in row))
     return max(added) <= 1e6 * ALLOWED
 
 
