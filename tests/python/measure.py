@@ -164,8 +164,8 @@ def main():
     print(f"\n{'us a frame, medians':32}{'elapsed':>32}{'processor':>32}")
     print(" " * 32 + f"{'without':>8}{'NumPy':>8}{'with':>8}{'added':>8}" * 2)
     right &= iteration(repetitions, [], "phases", 10000)
-    right &= iteration(repetitions, ["four_phase_decoder", "optimized_bistatic"], "depth", 500)
-    right &= stages(repetitions, 2000)
+    right &= iteration(repetitions, ["four_phase_decoder", "optimized_bistatic"], "depth", 3000)
+    right &= stages(repetitions, 5000)
     return 0 if right else 1
 
 
