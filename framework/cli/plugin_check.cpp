@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* check_example = "check_example: tofgraph plugin check build/tofgraph_filter_edge_mask.so";
+constexpr const char* check_example = "example: tofgraph plugin check build/tofgraph_filter_edge_mask.so";
 
 /// Working folder of one check, removed with all that the plugin wrote.
 class Scratch {

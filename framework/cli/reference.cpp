@@ -269,11 +269,14 @@ void write_schemas(const fs::path& folder) {
         {{"type", "object"},
          {"properties",
           {{"model", {{"const", 1}}},
-           {"camera", {{"type", "string"}}},
-           {"serial", {{"type", "string"}}},
-           {"light", {{"enum", {"reference", "physical"}}}},
+           {"name", {{"description", "free text"}}},
+           {"comment", {{"description", "free text"}}},
+           {"camera", {{"type", "string"}, {"description", "the profile that it belongs to, by name or path"}}},
+           {"serial", {{"type", {"string", "number"}}, {"description", "of the device that it belongs to"}}},
+           {"light", {{"enum", {"reference", "physical"}}, {"description", "default reference"}}},
            {"effects", {{"type", "array"}, {"items", list_schema(plugins_of("effect"), "effect", json::object())}}}}},
-         {"required", {"model"}}});
+         {"required", {"model"}},
+         {"additionalProperties", false}});
 }
 
 void add_manual(CLI::App& app, Common& common) {

@@ -63,7 +63,7 @@ class Bench {
     try {
       return std::make_shared<const simulation::Effect>(plugin_, values, camera_->view());
     } catch (const EffectError& error) {
-      throw Refusal(error.what());
+      refuse(error.what());
     }
   }
 
@@ -81,7 +81,7 @@ class Bench {
         if (model.has_readout()) model.read_out(acquisition, pixels_, seen.taps);
         all.insert(all.end(), seen.taps.begin(), seen.taps.end());
       } catch (const EffectError& error) {
-        throw Refusal(error.what());
+        refuse(error.what());
       }
     }
     return all;
@@ -179,7 +179,17 @@ std::string stays_finite(const Subject& subject) {
     });
     ++(refusal.empty() ? tried : refused);
   };
-  try_with([&] { return bench.make(bench.at_typical().data()); }, "at its typical values");
+  const std::string typical = "at its typical values";
+  try_with([&] { return bench.make(bench.at_typical().data()); }, typical);
+  if (tried == 0) {
+    EffectPtr made;
+    try {
+      made = bench.make(bench.at_typical().data());
+      bench.taps({made});
+    } catch (const Refusal& refusal) {
+      if (made) throw Violation(fmt::format("it is made {} and then refuses the light: {}", typical, refusal.what()));
+    }
+  }
   for (const tofgraph_parameter& p : bench.parameters()) {
     std::vector<std::string> values = bounds_of(p);
     for (int draw = 0; draw < 8; ++draw) values.push_back(random_value(p, random));

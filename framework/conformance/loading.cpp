@@ -9,9 +9,14 @@
 #include <tofgraph/channels.hpp>
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <string_view>
 
 namespace tofgraph::conformance {
@@ -23,6 +28,29 @@ double processor_seconds() {
   timespec time{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Time in which this thread works or would, if the machine were not busy.
+double willing_seconds() {
+  double running = 0, ready = 0;
+  std::ifstream("/proc/self/schedstat") >> running >> ready;  // ns
+  return 1e-9 * (running + ready);
+}
+
+/// What a call prints to standard output.
+template <class Call> std::string printed_by(Call&& call) {
+  constexpr const char* name = "printed.txt";
+  std::fflush(stdout);
+  const int kept = dup(STDOUT_FILENO), file = open(name, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  dup2(file, STDOUT_FILENO);
+  call();
+  std::fflush(stdout);
+  dup2(kept, STDOUT_FILENO);
+  close(kept);
+  close(file);
+  std::string line;
+  std::getline(std::ifstream(name), line);
+  return line;
 }
 
 /// Made for a camera or a stream, whichever the plugin takes. @throws Refusal
@@ -37,7 +65,7 @@ void make(const Subject& subject, const Settings& settings) {
   try {
     const simulation::Effect effect(plugin, values.data(), camera->view());
   } catch (const simulation::EffectError& error) {
-    throw Refusal(error.what());
+    refuse(error.what());
   }
 }
 
@@ -52,11 +80,20 @@ void make_and_run(const Subject& subject, const Settings& settings) {
 }  // namespace
 
 std::string loads(const Subject& subject) {
-  const double before = processor_seconds();
-  if (dlopen(subject.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE) == nullptr) throw Violation(dlerror());
+  using Clock = std::chrono::steady_clock;
+  const double before = processor_seconds(), willing_before = willing_seconds();
+  const Clock::time_point start = Clock::now();
+  void* library = nullptr;
+  const std::string printed =
+      printed_by([&] { library = dlopen(subject.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE); });
+  if (library == nullptr) throw Violation(dlerror());
   const double seconds = processor_seconds() - before;
+  const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
+  const double waited = elapsed - (willing_seconds() - willing_before);
   std::string told = fmt::format("{:.1f} ms", 1e3 * seconds);
   if (seconds > 0.1) throw Violation(told + " of processor time until it is loaded, at most 100 ms");
+  if (waited > 2) throw Violation(fmt::format("it waits for {:.1f} s while it is loaded", waited));
+  if (!printed.empty()) throw Violation(fmt::format("it prints '{}' to standard output while it is loaded", printed));
   return told;
 }
 

@@ -55,10 +55,15 @@ std::uint64_t extent_of(std::string_view word, std::uint32_t rows, std::uint32_t
 
 void check(const config::Diagnostics& diagnostics) {
   for (const config::Diagnostic& d : diagnostics.all())
-    if (!diagnostics.ok()) throw Refusal(d.message);
+    if (!diagnostics.ok()) refuse(d.hint.empty() ? d.message : d.message + "\n" + d.hint);
 }
 
 }  // namespace
+
+void refuse(const std::string& text) {
+  if (text.find("a bug in the plugin") != std::string::npos) throw Violation(text);  // the host's words
+  throw Refusal(text);
+}
 
 Settings settings_of(const Subject& subject, const Settings& given) {
   Settings settings = given;
@@ -127,7 +132,7 @@ void Trial::prepare() {
   if (!node_->prepare({&input_}, {"input"}, diagnostics)) check(diagnostics);
 }
 
-/// Every port's first channel, optional ones as well, and what frames of a camera have.
+/// Every port's first channel, optional ones as well, and what frames of a camera have, unless the stage makes it.
 void Trial::add_channels(const Conditions& conditions) {
   for (const tofgraph_port& port : node_->stage().own_ports) {
     if (port.direction != TOFGRAPH_DIRECTION_OUT) add_channel(port, conditions);
@@ -136,8 +141,13 @@ void Trial::add_channels(const Conditions& conditions) {
                                    "",      "",      "",    ""};
   constexpr tofgraph_port depth = {"depth", "depth", "H W", "m", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_IN, 0, 0, "", "",
                                    "",      "",      "",    ""};
+  const auto is_made = [this](std::string_view name) {
+    return std::ranges::any_of(node_->stage().own_ports, [&](const tofgraph_port& port) {
+      return port.direction == TOFGRAPH_DIRECTION_OUT && port.channel == name;
+    });
+  };
   if (input_.channels.empty()) add_channel(depth, conditions);
-  add_channel(flags, conditions);
+  if (!is_made("flags")) add_channel(flags, conditions);
   if (!input_.camera || input_.find("rays") != nullptr) return;
   constexpr tofgraph_port rays = {"rays", "rays", "H W 3", "", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_IN, 0, 0, "", "",
                                   "",     "",     "",      ""};
@@ -207,7 +217,7 @@ bool Trial::process(tofgraph_frame& frame) const {
   } catch (const BrokenPromise&) {
     throw;
   } catch (const std::runtime_error& error) {
-    throw Refusal(error.what());
+    refuse(error.what());
   }
 }
 
@@ -217,7 +227,7 @@ void Trial::finish() const {
   } catch (const BrokenPromise&) {
     throw;
   } catch (const std::runtime_error& error) {
-    throw Refusal(error.what());
+    refuse(error.what());
   }
 }
 

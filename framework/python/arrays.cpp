@@ -159,7 +159,8 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
   }
   view.channel = channel.c_str();
   const tofgraph_frame::Channel* present = frame.find(channel);
-  const std::string unit = present != nullptr ? present->unit : unit_of(channel);
+  const auto own = units_->find(channel);
+  const std::string unit = own != units_->end() ? own->second : present != nullptr ? present->unit : unit_of(channel);
   view.unit = unit.c_str();
   PyObject* owner = array.inc_ref().ptr();
   if (graph::host_table().share(&frame, &view, owner, release_array) == TOFGRAPH_STATUS_OK) return;

@@ -8,6 +8,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -43,10 +44,14 @@ struct HeldFrame {
   tofgraph_metadata metadata{};
 };
 
+/// Units of channels by name.
+using Units = std::map<std::string, std::string, std::less<>>;
+
 /// A frame in the hands of a stage written in Python, valid during the call.
 class StageFrame {
  public:
-  explicit StageFrame(tofgraph_frame* frame) : frame_(frame) {}
+  /// @param units of the channels that the stage declares or announces; it outlives the call
+  StageFrame(tofgraph_frame* frame, const Units& units) : frame_(frame), units_(&units) {}
   /// From now on what was lent cannot be written.
   void end();
   /// @throws std::runtime_error after the call
@@ -58,6 +63,7 @@ class StageFrame {
 
  private:
   tofgraph_frame* frame_;
+  const Units* units_;
   mutable std::map<std::string, py::array> modified_;  ///< that modify() lent
 };
 

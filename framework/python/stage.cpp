@@ -35,7 +35,17 @@ struct Working {
   py::object self;
   const tofgraph_host* host;
   void* context;
+  Units units;  ///< of the channels that it makes
 };
+
+/// Units of the channels that a plugin's ports make.
+Units made_units(const graph::Plugin& plugin) {
+  Units units;
+  for (const tofgraph_port& port : plugin.own_ports) {
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) units[port.channel] = port.unit;
+  }
+  return units;
+}
 
 /// "ValueError: text (file.py, line 12)"
 std::string described(const py::error_already_set& error) {
@@ -83,7 +93,7 @@ py::object value_of(const tofgraph_parameter& parameter, const tofgraph_value& v
 int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
   return guarded(host, context, [&] {
     const auto& plugin = static_cast<const ClassPlugin&>(static_cast<const graph::Instance*>(context)->plugin());
-    auto made = std::make_unique<Working>(Working{plugin.stage_class(), host, context});
+    auto made = std::make_unique<Working>(Working{plugin.stage_class(), host, context, made_units(plugin)});
     const std::size_t stride = plugin.parameter_count != 0 ? values->size : 0;
     const Strided<const tofgraph_value> given{values, stride, plugin.parameter_count};
     for (std::size_t i = 0; i < plugin.parameter_count; ++i) {
@@ -124,7 +134,7 @@ py::object described(const tofgraph_camera* camera) {
 /// Input and declarations of a stage before the first frame.
 class PythonSetup {
  public:
-  PythonSetup(const Working& stage, const tofgraph_stream& stream) : stage_(&stage), stream_(&stream) {}
+  PythonSetup(Working& stage, const tofgraph_stream& stream) : stage_(&stage), stream_(&stream) {}
   void end() { stream_ = nullptr; }
   const tofgraph_stream& stream() const {
     if (stream_ == nullptr) throw std::runtime_error("the setup is valid only until prepare() returns");
@@ -153,6 +163,7 @@ class PythonSetup {
     channel.rank = static_cast<std::uint32_t>(shape.size());
     std::ranges::copy(shape, channel.extent);
     stage_->host->provide(stage_->context, &channel);
+    stage_->units[name] = unit;
   }
   void use_profile(const std::string& name) const {
     static_cast<void>(stream());
@@ -165,7 +176,7 @@ class PythonSetup {
   }
 
  private:
-  const Working* stage_;
+  Working* stage_;
   const tofgraph_stream* stream_;
 };
 
@@ -197,7 +208,7 @@ int prepare(void* self, const tofgraph_stream* const* streams, std::uint64_t /*c
 int process(void* self, tofgraph_frame* const* frames, std::uint64_t /*count*/) {
   Working& stage = working(self);
   return guarded(stage.host, stage.context, [&] {
-    const py::object frame = py::cast(StageFrame(*frames));
+    const py::object frame = py::cast(StageFrame(*frames, stage.units));
     const Ending end(frame.cast<StageFrame&>());
     const py::object result = stage.self.attr("process")(frame);
     if (result.is_none()) return TOFGRAPH_STATUS_OK + 0;

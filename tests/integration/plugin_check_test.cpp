@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Misbehaviour/*:BuiltIn/*:PluginCheck.NothingWrong*:PluginCheck.ACrash*:PluginCheck.AnEndless*
+// Slow: Misbehaviour/*:Broken/*:BuiltIn/*:PluginCheck.NothingWrong*:PluginCheck.ACrash*
+// Slow: PluginCheck.Finds*
 // Rooms: conformance plugins graph cli
 // `plugin check`: each misbehaviour is found by its check and told by its sentence; what is right passes.
 #include "tests/program.hpp"
@@ -21,8 +22,10 @@ const std::string misbehaviour = TOFGRAPH_BINARY_DIR "/tests/misbehaviour";
 Outcome check(const std::string& arguments) { return shell("\"$TOFGRAPH\" plugin check " + arguments, "/tmp"); }
 
 struct Case {
-  const char *kind, *name, *check, *sentence;
-  std::string file() const { return misbehaviour + "/tofgraph_" + kind + "_" + name + ".so"; }
+  const char *kind, *name, *check, *sentence, *folder = "misbehaviour";
+  std::string file() const {
+    return std::string(TOFGRAPH_BINARY_DIR "/tests/") + folder + "/tofgraph_" + kind + "_" + name + ".so";
+  }
 };
 
 const Case cases[] = {
@@ -57,6 +60,43 @@ const Case cases[] = {
     {"effect", "mixes_lights", "same", "it gives other light for the same light"},
 };
 
+/// What is broken otherwise.
+const Case broken[] = {
+    {"filter", "no_symbol", "descriptor", "has no symbol 'tofgraph_plugin'", "broken"},
+    {"filter", "no_descriptor", "descriptor", "returned no descriptor", "broken"},
+    {"filter", "old_version", "descriptor", "was built for plugin API 0.0, this program has ", "broken"},
+    {"filter", "new_version", "descriptor", "was built for plugin API 2.99, this program has ", "broken"},
+    {"filter", "joins_streams", "descriptor", "is a filter that takes any number of streams", "broken"},
+    {"filter", "crashes_when_loaded", "loads", "crashed (signal", "broken"},
+    {"filter", "ends_the_process", "loads", "ended the process (exit code 7)", "broken"},
+    {"filter", "missing_library", "loads", "libtofgraph_absent.so: cannot open shared object file", "broken"},
+    {"filter", "undefined_symbol", "loads", "undefined symbol: tofgraph_defined_nowhere", "broken"},
+    {"filter", "throws_in_constructor", "runs", "the stage cannot be created: the constructor gave up", "broken"},
+    {"filter", "throws_in_process", "stateless", "threw something that is not a std::exception", "broken"},
+    {"filter", "crashes_in_prepare", "runs", "crashed (signal 11, Segmentation fault): node ", "broken"},
+    {"filter", "crashes_in_process", "runs", "crashed (signal 11, Segmentation fault): node ", "broken"},
+    {"filter", "ends_the_program", "runs", "ended the process", "broken"},
+    {"filter", "wrong_shape", "runs", "was announced", "broken"},
+    {"filter", "writes_undeclared", "runs", "wrote 'surprise', which it had not announced", "broken"},
+    {"filter", "never_returns", "runs", "does not end within 30 s", "broken"},
+    {"filter", "never_stops_calling", "runs", "crashed (signal 11, Segmentation fault): node ", "broken"},
+    {"filter", "prepares_slowly", "lifetime", "does not end within 60 s", "broken"},
+    {"filter", "loads_slowly", "loads", "it waits for 3.0 s while it is loaded", "noisy"},
+    {"filter", "prints_when_loaded", "loads", "it prints 'a licence is needed' to standard output", "noisy"},
+    {"effect", "gives_nan", "finite", "it turns finite light into NaN or infinity", "broken_effects"},
+    {"effect", "gives_up", "finite", "and then refuses the light: effect gives_up: there is no table",
+     "broken_effects"},
+    {"effect", "crashes_in_apply", "same", "in apply() of plugin", "crashing"},
+    {"filter", "self_null", "runs", "create() returned nothing", "misuse"},
+    {"filter", "provides_without_name", "runs", "the plugin announced a channel without a name", "misuse"},
+    {"filter", "provides_without_size", "runs", "a struct is smaller than in API 2.0", "misuse"},
+    {"filter", "provides_null", "runs", "the plugin gave null as a channel", "misuse"},
+    {"filter", "message_null", "runs", "the plugin gave null as the text of a message", "misuse"},
+    {"filter", "camera_without_size", "runs", "a struct is smaller than in API 2.0", "misuse"},
+    {"effect", "effect_provides", "off", "the plugin called provide(), but an effect has no stream", "misuse"},
+    {"effect", "effect_output", "off", "output() was asked for 'path', which is not an output", "misuse"},
+};
+
 class Misbehaves : public testing::TestWithParam<Case> {};
 TEST_P(Misbehaves, IsFoundByItsCheck) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -69,11 +109,46 @@ TEST_P(Misbehaves, IsFoundByItsCheck) {
 INSTANTIATE_TEST_SUITE_P(Misbehaviour, Misbehaves, testing::ValuesIn(cases),
                          [](const auto& info) { return std::string(info.param.name); });
 
+INSTANTIATE_TEST_SUITE_P(Broken, Misbehaves, testing::ValuesIn(broken),
+                         [](const auto& info) { return std::string(info.param.name); });
+
 TEST(PluginCheck, EveryMisbehaviourIsTested) {
-  std::set<std::string> tested = {"tofgraph_filter_well.so", "tofgraph_effect_well_effect.so"}, made;
-  for (const Case& one : cases) tested.insert(std::filesystem::path(one.file()).filename());
-  for (const auto& entry : std::filesystem::directory_iterator(misbehaviour)) made.insert(entry.path().filename());
+  std::set<std::string> tested = {misbehaviour + "/tofgraph_filter_well.so",
+                                  misbehaviour + "/tofgraph_effect_well_effect.so"};
+  std::set<std::string> made;
+  for (const Case& one : cases) tested.insert(one.file());
+  for (const Case& one : broken) {
+    if (std::string_view(one.folder) != "misuse") tested.insert(one.file());  // all of misuse is tested below
+  }
+  for (const char* folder : {"misbehaviour", "broken", "broken_effects", "crashing", "noisy"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(std::string(TOFGRAPH_BINARY_DIR "/tests/") + folder))
+      made.insert(entry.path());
+  }
   EXPECT_EQ(made, tested);
+}
+
+TEST(PluginCheck, FindsEveryMisuse) {
+  for (const auto& entry : std::filesystem::directory_iterator(TOFGRAPH_BINARY_DIR "/tests/misuse")) {
+    const bool well = entry.path().stem().string().find("nothing_wrong") != std::string::npos;
+    const Outcome outcome = check(entry.path().string() + " --strictness 1");
+    EXPECT_EQ(outcome.exit_code, well ? 0 : 1) << entry.path() << '\n' << outcome.out << outcome.err;
+  }
+}
+
+TEST(PluginCheck, FindsRulesThatASettingBreaks) {
+  const std::string file =
+      TOFGRAPH_BINARY_DIR "/tests/invalid/tofgraph_filter_bends_rules.so --only memory --set rule=";
+  EXPECT_EQ(check(file + "none").exit_code, 0);
+  for (const auto& [rule, sentence] :
+       {std::pair("nan", "'depth' is NaN without the flag 'invalid'"),
+        std::pair("flag", "'depth' is a number despite the flag 'invalid'"),
+        std::pair("reads", "the stage changed 'distance', which it only reads"),
+        std::pair("before", "the stage wrote before the memory of 'depth'"),
+        std::pair("behind", "the stage wrote beyond the end of the memory of 'depth'")}) {
+    const Outcome outcome = check(file + rule);
+    EXPECT_EQ(outcome.exit_code, 1) << rule;
+    EXPECT_THAT(outcome.out, HasSubstr(sentence));
+  }
 }
 
 TEST(PluginCheck, NothingWrongPassesAtTheHighestStrictness) {
@@ -102,12 +177,6 @@ TEST(PluginCheck, ACrashTakesOnlyItsCheckDown) {
   const Outcome loading = check(broken + "crashes_when_loaded.so --only loads");
   EXPECT_EQ(loading.exit_code, 1) << loading.err;
   EXPECT_THAT(loading.out, HasSubstr("crashed (signal"));
-}
-
-TEST(PluginCheck, AnEndlessCallIsEnded) {
-  const Outcome endless = check(TOFGRAPH_BINARY_DIR "/tests/broken/tofgraph_filter_never_returns.so --only runs");
-  EXPECT_EQ(endless.exit_code, 1);
-  EXPECT_THAT(endless.out, HasSubstr("does not end within 30 s"));
 }
 
 TEST(PluginCheck, ListsItsChecks) {

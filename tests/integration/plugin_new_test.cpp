@@ -20,6 +20,22 @@ class PluginNew : public InstalledPrefix {
 class Project : public PluginNew, public testing::WithParamInterface<std::tuple<const char*, const char*>> {
  protected:
   const std::string kind = std::get<1>(GetParam()), language = std::get<0>(GetParam());
+  const std::string library = "made/tofgraph_" + kind + "_first_try.so";
+
+  /// Those that are installed, for the language.
+  std::vector<std::string> compilers() const {
+    std::vector<std::string> all = {"g++ -std=c++20", "clang++ -std=c++20"};
+    if (language == "c") all = {"gcc -std=c99 -pedantic", "clang -std=c99 -pedantic"};
+    std::erase_if(all, [&](const std::string& one) { return !is_there(one.substr(0, one.find(' '))); });
+    return all;
+  }
+  /// The command that makes the library.
+  std::string built(const std::string& compiler) const {
+    return "mkdir -p made && " + compiler +
+           " -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden $(pkg-config --cflags tofgraph) "
+           "-DTOFGRAPH_PLUGIN_NAME='\"first_try\"' -DTOFGRAPH_PLUGIN_VERSION='\"1.0\"' first_try/first_try." +
+           (language == "c" ? "c" : "cpp") + " -o " + library;
+  }
 };
 
 TEST_P(Project, BuildsAndPassesItsTestsAsItIs) {
@@ -38,20 +54,32 @@ TEST_P(Project, BuildsAndPassesItsTestsAsItIs) {
 /// The compilers and levels of optimisation; a plugin in C is one of C99.
 TEST_P(Project, IsTheSameWithEveryCompiler) {
   succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
-  const bool c = language == "c";
-  const std::vector<std::string> compilers = c ? std::vector<std::string>{"gcc -std=c99 -pedantic", "clang -std=c99"}
-                                               : std::vector<std::string>{"g++ -std=c++20", "clang++ -std=c++20"};
-  for (const std::string& compiler : compilers) {
-    if (!is_there(compiler.substr(0, compiler.find(' ')))) continue;
+  for (const std::string& compiler : compilers()) {
     for (const std::string level : {"-O0", "-O2"}) {
-      const std::string library = "made/tofgraph_" + kind + "_first_try.so";
-      succeeds("mkdir -p made && " + compiler + " " + level +
-               " -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden $(pkg-config --cflags tofgraph) "
-               "-DTOFGRAPH_PLUGIN_NAME='\"first_try\"' -DTOFGRAPH_PLUGIN_VERSION='\"1.0\"' first_try/first_try." +
-               (c ? "c" : "cpp") + " -o " + library);
+      succeeds(built(compiler + " " + level));
       const Outcome checked = run("$PREFIX/bin/tofgraph plugin check --strictness 2 " + library);
       EXPECT_EQ(checked.exit_code, 0) << compiler << ' ' << level << '\n' << checked.out;
     }
+  }
+}
+
+/// Its test under the sanitizers of addresses, leaks and undefined behaviour. The programs of tofgraph are not
+/// sanitized, so that the sanitizer's library is loaded before them.
+TEST_P(Project, PassesItsTestUnderSanitizers) {
+  succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
+  for (const std::string& compiler : compilers()) {
+    const bool clang = compiler.starts_with("clang");
+    const std::string flags = std::string(" -O1 -fsanitize=address,undefined -fno-sanitize-recover=undefined") +
+                              (clang ? " -shared-libsan" : "");
+    succeeds(built(compiler + flags));
+    succeeds((clang ? "clang++" : "g++") + flags +
+             " -std=c++20 first_try/first_try_test.cpp $(pkg-config --cflags --libs tofgraph) -o made/test");
+    const std::string runtime = compiler.substr(0, compiler.find(' ')) +
+                                " -print-file-name=" + (clang ? "libclang_rt.asan-x86_64.so" : "libasan.so");
+    const Outcome tested = run("RUNTIME=$(" + runtime +
+                               "); LD_LIBRARY_PATH=$PREFIX/lib:$(dirname $RUNTIME) LD_PRELOAD=$RUNTIME "
+                               "ASAN_OPTIONS=handle_segv=0:intercept_tls_get_addr=0 made/test made");
+    EXPECT_EQ(tested.exit_code, 0) << compiler << '\n' << tested.err;
   }
 }
 

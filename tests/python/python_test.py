@@ -15,7 +15,9 @@ import sys
 import tempfile
 import textwrap
 import time
+import types
 import unittest
+import unittest.mock
 
 try:
     import numpy as np
@@ -112,6 +114,44 @@ class Frames(Folder):
             next(tg.Pipeline([source], "camcube2").frames(capacity=0))
         frames = tg.Pipeline([source], "camcube2").frames(count=4)
         self.assertEqual(len(list(frames)), 4)
+
+
+class Clouds(unittest.TestCase):
+    def setUp(self):
+        nodes = [{"stage": "simulator", "frames": 1, "distance": "1.2 m"}, {"stage": "four_phase_decoder"},
+                 {"stage": "optimized_bistatic"}, {"stage": "mask", "polygon": [0, 0, 99, 0, 99, 203, 0, 203]}, {"stage": "point_cloud"}]
+        self.frame = next(iter(tg.Pipeline(nodes, "camcube2")))
+
+    def test_have_the_valid_points(self):
+        cloud, points = tg.cloud(self.frame), self.frame["points"]
+        self.assertEqual(cloud.shape, (np.isfinite(self.frame["depth"]).sum(), 3))
+        np.testing.assert_array_equal(cloud, [p for p in points.reshape(-1, 3) if not np.isnan(p).any()])
+        np.testing.assert_array_equal(cloud, tg.cloud(points))
+        with self.assertRaisesRegex(ValueError, "not \\(204, 204\\)"):
+            tg.cloud(self.frame["depth"])
+
+    def test_of_a_frame_without_points_are_refused(self):
+        with self.assertRaisesRegex(KeyError, "the frame has no channel 'points'"):
+            tg.cloud(next(iter(tg.Pipeline(CHAIN, "camcube2"))))
+
+    def test_go_to_open3d_where_it_is_installed(self):
+        class Vector(list):
+            """Takes what Open3D's vector takes."""
+            def __init__(self, array):
+                assert array.dtype == np.float64 and array.shape[1] == 3
+                super().__init__(map(tuple, array))
+
+        made = types.SimpleNamespace(geometry=types.SimpleNamespace(PointCloud=lambda points: ("cloud", points)),
+                                     utility=types.SimpleNamespace(Vector3dVector=Vector))
+        with unittest.mock.patch.dict(sys.modules, {"open3d": made}):
+            kind, points = tg.open3d_cloud(self.frame)
+        self.assertEqual(kind, "cloud")
+        self.assertEqual(points, list(map(tuple, tg.cloud(self.frame).astype(float))))
+
+    def test_without_open3d_say_what_to_use(self):
+        with unittest.mock.patch.dict(sys.modules, {"open3d": None}):
+            with self.assertRaisesRegex(ImportError, "Open3D is not installed; tofgraph.cloud"):
+                tg.open3d_cloud(self.frame)
 
 
 class Mistakes(Folder):
@@ -222,6 +262,30 @@ class Stages(Folder):
         np.testing.assert_array_equal(mirrored["amplitude"], plain[:, ::-1])
         with self.assertRaisesRegex(tg.RunError, "doubles.*amplitude"):
             list(tg.Pipeline([*CHAIN, Doubles], "camcube2"))
+
+    def test_give_their_own_channels_a_unit(self):
+        class Heat(tg.Filter):
+            """Makes two maps of temperatures, one of them announced by a port."""
+            distance = tg.In("distance")
+            heat = tg.Out("heat", dtype=np.float32, shape="H W", unit="K")
+            depth = tg.Out("depth")
+
+            def prepare(self, setup):
+                setup.provide("more", np.float32, (204, 204), "K")
+
+            def process(self, frame):
+                for channel in ("heat", "more", "depth"):
+                    frame[channel] = np.ones((204, 204), np.float32)
+
+        class Again(tg.Filter):
+            """Sets a channel of another stage."""
+            heat = tg.InOut("heat", dtype=np.float32, shape="H W", unit="K")
+
+            def process(self, frame):
+                frame["heat"] = frame["heat"] + np.float32(1)
+
+        frame = next(iter(tg.Pipeline([*CHAIN[:2], Heat, Again], "camcube2")))
+        self.assertEqual([frame.unit(c) for c in ("heat", "more", "depth", "distance")], ["K", "K", "m", "m"])
 
     def test_keep_neither_frames_nor_setups(self):
         kept = []

@@ -15,8 +15,9 @@ from ._stage import Filter, In, InOut, Out, Param, Sink, Source
 from ._pipeline import Chain, Node, Pipeline
 from ._stages import stage
 from ._captures import Capture, read_capture, simulate, write_capture
+from ._clouds import cloud, open3d_cloud
 from ._program import Report, calibrate, describe, diagnose, run_program, stages
 
 __all__ = ["Capture", "Chain", "ConfigurationError", "Filter", "Frame", "In", "InOut", "Node", "Out", "Param",
-           "ParameterError", "Pipeline", "Report", "RunError", "Sink", "Source", "calibrate", "describe", "diagnose",
-           "read_capture", "run_program", "simulate", "stage", "stages", "write_capture"]
+           "ParameterError", "Pipeline", "Report", "RunError", "Sink", "Source", "calibrate", "cloud", "describe",
+           "diagnose", "open3d_cloud", "read_capture", "run_program", "simulate", "stage", "stages", "write_capture"]

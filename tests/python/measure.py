@@ -1,0 +1,173 @@
+#!/usr/bin/python3
+# SPDX-FileCopyrightText: 2026 The tofgraph authors
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measures what Python costs a pipeline: iteration over its frames beside the run in C++, a stage that calls NumPy
+beside the call alone. Shows by addresses that nothing is copied.
+
+    PYTHONPATH=build/lib/python3/dist-packages tests/python/measure.py [--repetitions 15]
+
+Medians of interleaved repetitions, elapsed and processor time (of all threads), in microseconds a frame: the difference
+of a long and a short run, as building one takes a fifth of a second. Elapsed time needs a quiet machine. Ends with 1
+where more than 20 us a frame are added, or where an array is a copy.
+"""
+
+import argparse
+import statistics
+import sys
+import time
+
+import numpy as np
+import tofgraph as tg
+
+CAMERA = "camcube2"
+ALLOWED = 20e-6  # s a frame
+SHAPE = (204, 204)
+
+
+class Reads(tg.Filter):
+    """Calls NumPy on a channel that it reads."""
+    distance = tg.In("distance")
+
+    def process(self, frame):
+        np.add(frame["distance"], 1, out=self.result)
+
+    def prepare(self, setup):
+        self.result = np.empty(SHAPE, np.float32)
+
+
+class Changes(tg.Filter):
+    """Calls NumPy on a channel that it changes."""
+    distance = tg.InOut("distance")
+
+    def process(self, frame):
+        distance = frame.modify("distance")
+        np.add(distance, 1, out=distance)
+
+
+class Makes(tg.Filter):
+    """Makes a channel with NumPy."""
+    distance = tg.InOut("distance")
+
+    def process(self, frame):
+        frame["distance"] = frame["distance"] + np.float32(1)
+
+
+class Knows(tg.Source):
+    """Makes three frames and remembers where their memory is."""
+    distance = tg.Out("distance")
+    places = []
+
+    def process(self, frame):
+        if frame.number == 3:
+            return False
+        array = np.ones(SHAPE, np.float32)
+        self.places.append(place(array))
+        frame["distance"] = array
+
+
+class Sees(tg.Filter):
+    """Remembers where the memory of its frames is."""
+    distance = tg.In("distance")
+    places = []
+
+    def process(self, frame):
+        self.places.append(place(frame["distance"]))
+
+
+def place(array):
+    """Returns the address of an array's memory."""
+    return array.__array_interface__["data"][0]
+
+
+def timed(call, frames):
+    """Returns elapsed and processor time of a call for a number of frames, s."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    call(frames)
+    return time.perf_counter() - wall, time.process_time() - cpu
+
+
+def medians(calls, repetitions, frames):
+    """Returns name -> median elapsed and processor time a frame, the calls taken in turn."""
+    times = {name: [] for name in calls}
+    short = frames // 10
+    for _ in range(repetitions):
+        for name, call in calls.items():
+            times[name].append([(b - a) / (frames - short) for a, b in zip(timed(call, short), timed(call, frames))])
+    return {name: tuple(statistics.median(column) for column in zip(*rows)) for name, rows in times.items()}
+
+
+def report(name, whole, peer, of_numpy=(0, 0)):
+    """Prints a line. @returns whether the time that Python adds is allowed"""
+    added = [1e6 * (a - b - n) for a, b, n in zip(whole, peer, of_numpy)]
+    rows = zip([1e6 * s for s in peer], [1e6 * s for s in of_numpy], [1e6 * s for s in whole], added)
+    print(f"{name:32}" + "".join(f"{value:8.1f}" for row in rows for value in row))
+    return max(added) <= 1e6 * ALLOWED
+
+
+def nodes_of(stages, frames):
+    """Returns a pipeline of the simulator and other stages, to a sink that does nothing."""
+    return [{"stage": "simulator", "noise": "none", "frames": frames}, *({"stage": stage} for stage in stages),
+            {"stage": "null"}]
+
+
+def iteration(repetitions, stages, channel, frames):
+    """Measures iteration over the frames of stages. @returns whether it is quick enough"""
+    def arrays(count):
+        for frame in tg.Pipeline(nodes_of(stages, count), CAMERA):
+            frame[channel]
+
+    done = medians({"alone": lambda count: tg.Pipeline(nodes_of(stages, count), CAMERA).run(),
+                    "frames": lambda count: [None for _ in tg.Pipeline(nodes_of(stages, count), CAMERA)],
+                    "arrays": arrays}, repetitions, frames)
+    return report(f"frames with {channel}", done["frames"], done["alone"]) & \
+        report(f"{channel} of each frame", done["arrays"], done["alone"])
+
+
+def stages(repetitions, frames):
+    """Measures stages that call NumPy. @returns whether they are quick enough"""
+    def run(*own):
+        return lambda count: tg.Pipeline(nodes_of(["four_phase_decoder", *own], count), CAMERA).run(threads=1)
+
+    def alone(call):
+        return lambda count: [call() for _ in range(count)]
+
+    array, result = np.ones(SHAPE, np.float32), np.empty(SHAPE, np.float32)
+    done = medians({"none": run(), "reads": run(Reads), "changes": run(Changes), "makes": run(Makes),
+                    "numpy to another": alone(lambda: np.add(array, 1, out=result)),
+                    "numpy in place": alone(lambda: np.add(array, 1, out=array)),
+                    "numpy to a new one": alone(lambda: array + np.float32(1))}, repetitions, frames)
+    return report("stage that reads a channel", done["reads"], done["none"], done["numpy to another"]) & \
+        report("stage that changes a channel", done["changes"], done["none"], done["numpy in place"]) & \
+        report("stage that makes a channel", done["makes"], done["none"], done["numpy to a new one"])
+
+
+def addresses():
+    """Compares the addresses of a channel on its way. @returns whether they are the same"""
+    frames = list(tg.Pipeline([Knows, Sees, {"stage": "null", "name": "end"}], CAMERA).frames(capacity=4))
+    received = [place(frame["distance"]) for frame in frames]
+    own = Knows.places == Sees.places == received
+    Sees.places.clear()
+    nodes = [{"stage": "simulator", "noise": "none", "frames": 3}, {"stage": "four_phase_decoder"}, {"stage": Sees}]
+    frames = list(tg.Pipeline(nodes, CAMERA).frames(capacity=4))
+    of_the_pipeline = Sees.places == [place(frame["distance"]) for frame in frames]
+    print(f"array of a Python source, in a stage behind it and with the frame: {'one' if own else 'not one'} address")
+    print(f"array of a stage in C++, in a Python stage and with the frame: "
+          f"{'one' if of_the_pipeline else 'not one'} address")
+    return own and of_the_pipeline
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--repetitions", type=int, default=15)
+    repetitions = arguments.parse_args().repetitions
+    right = addresses()
+    print(f"\n{'us a frame, medians':32}{'elapsed':>32}{'processor':>32}")
+    print(" " * 32 + f"{'without':>8}{'NumPy':>8}{'with':>8}{'added':>8}" * 2)
+    right &= iteration(repetitions, [], "phases", 10000)
+    right &= iteration(repetitions, ["four_phase_decoder", "optimized_bistatic"], "depth", 3000)
+    right &= stages(repetitions, 5000)
+    return 0 if right else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
