@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OutOfMemory.*
 // Rooms: graph io
-// Memory that runs out while frames flow, in any thread: the run ends in order, with an error, and the next one works.
+// Memory that runs out while frames flow, in the threads of source and stages: the run ends in order, with an error,
+// and the next one works.
 #include <gtest/gtest.h>
 #include <tofgraph/pipeline.hpp>
 
@@ -22,7 +23,12 @@ constexpr long none = 1L << 60U;
 std::atomic<long> calls{0}, first{none}, end{none};  ///< calls from `first` on and before `end` fail
 std::atomic<long> failed{0};
 
+/// The thread that calls the run can be thrown to, and begins and ends with JSON, whose destructor in nlohmann's
+/// library asks for memory itself.
+thread_local bool spared = false;
+
 bool fails() {
+  if (spared) return false;
   const long call = calls.fetch_add(1);
   const bool fails = call >= first.load() && call < end.load();
   if (fails) failed.fetch_add(1);
@@ -49,17 +55,14 @@ bool fails() {
 namespace tofgraph::tests {
 namespace {
 
-constexpr std::uint64_t frames = 12, last_failing = 8;
+constexpr std::uint64_t frames = 12;
 
-/// A run in which memory fails once the second frame has come, but not at its end: there the provenance is put
-/// together, and the destructor of nlohmann's JSON asks for memory itself, from which nothing can be saved. @returns
-/// the error; empty: it went well
+/// A run in which memory fails once the second frame has come. @returns the error; empty: it went well
 std::string run_with(long allocations, long number, const std::filesystem::path& capture) {
   Pipeline pipeline("ramp frames=" + std::to_string(frames) +
                     " ! make_depth ! capture_writer path=" + capture.string());
   pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
   pipeline.on_frame("ramp", [&](const Frame& frame) {
-    if (frame.metadata().number == last_failing) first = none;
     if (frame.metadata().number != 1 || number == 0) return;
     failed = 0;
     first = calls + allocations;
@@ -83,15 +86,17 @@ bool can_be_read(const std::filesystem::path& capture) {
   return pipeline.run().frames > 0;
 }
 
-/// Fails after 0, 1, 2 ... further allocations, until a run has no more of them. @param number of calls that fail then
+/// Fails after 0, 1, 2 ... further allocations, later in larger steps, until a run has no more of them. @param number
+/// of calls that fail then
 void fail_everywhere(long number) {
 #ifdef TOFGRAPH_OTHER_MALLOC
   GTEST_SKIP() << "the sanitizer has its own operator new";
 #endif
+  spared = true;
   const TemporaryFolder folder;
   std::size_t ended = 0;
   long longest = 0;
-  for (long allocations = 0;; ++allocations) {
+  for (long allocations = 0;; allocations += 1 + allocations / 16) {
     ASSERT_LT(allocations, 20000) << "the run asks for memory without end";
     const std::filesystem::path capture = folder.path() / ("c" + std::to_string(allocations) + ".h5");
     const std::string error = run_with(allocations, number, capture);
@@ -109,9 +114,9 @@ void fail_everywhere(long number) {
   EXPECT_EQ(run_with(-1, 0, folder.path() / "last.h5"), "");
 }
 
-TEST(OutOfMemory, OnceInAnyThread) { fail_everywhere(1); }
+TEST(OutOfMemory, OnceInAThreadOfTheRun) { fail_everywhere(1); }
 
-TEST(OutOfMemory, ForAWhileInAnyThread) { fail_everywhere(20); }
+TEST(OutOfMemory, ForAWhileInThreadsOfTheRun) { fail_everywhere(20); }
 
 }  // namespace
 }  // namespace tofgraph::tests
