@@ -38,8 +38,7 @@ class Splitter {
     try {
       split_capture(condition, diagnostics);
     } catch (const std::runtime_error& error) {
-      diagnostics.error(place_of(condition),
-                        capture_problem(condition, error));
+      diagnostics.error(place_of(condition), capture_problem(condition, error));
     }
   }
 

@@ -57,7 +57,9 @@ void ReadingArguments::add_to(CLI::App& command) {
       ->option_text("CHANNEL");
   command.add_option("--unit", unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
   command.add_option("--axes", axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
-  command.add_option("--invalid", invalid, "Values that mean no measurement, of lengths where there are any, e.g. 0,65535")->option_text("VALUES");
+  command
+      .add_option("--invalid", invalid, "Values that mean no measurement, of lengths where there are any, e.g. 0,65535")
+      ->option_text("VALUES");
   command.add_option("--integration-time", integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
   command.add_option("--modulation-frequency", modulation_frequency, "Of every frame; default: the profile's")
       ->option_text("FREQUENCY");
