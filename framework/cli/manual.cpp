@@ -112,7 +112,7 @@ std::string bash_completion(const CLI::App& app) {
 
 /// A description within an argument of zsh's _arguments or _values.
 std::string zsh_text(std::string text) {
-  text = text.substr(0, text.find('\n'));
+  text.resize(std::min(text.find('\n'), text.size()));
   std::string result;
   for (const char c : text) {
     if (c == '\'')
