@@ -60,7 +60,7 @@ class Stages:
         @param as the channel of the array, e.g. depth; of one of several arrays CHANNEL=ARRAY; several with commas
         @param unit of lengths: of a value of 1, e.g. mm or 0.25 mm
         @param axes of the array, slowest first, e.g. frame row column
-        @param invalid values that mean no measurement, e.g. [0, 65535]
+        @param invalid values that mean no measurement, of lengths where there are any, e.g. [0, 65535]
         @param integration_time of every frame [s], at least 0 s
         @param modulation_frequency of every frame; default: the profile's [Hz], at least 1 Hz
         @param frame_rate for the time stamps [Hz], at least 1e-06 Hz
