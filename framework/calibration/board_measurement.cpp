@@ -33,7 +33,7 @@ std::array<double, 2> on_board(const io::Condition& c, Vector3 point) {
 UnusablePixels& UnusablePixels::operator+=(const UnusablePixels& other) {
   for (std::size_t UnusablePixels::*count :
        {&UnusablePixels::pixels, &UnusablePixels::map, &UnusablePixels::invalid, &UnusablePixels::saturated,
-        &UnusablePixels::amplitude, &UnusablePixels::noisy, &UnusablePixels::distance})
+        &UnusablePixels::amplitude, &UnusablePixels::noisy, &UnusablePixels::distance, &UnusablePixels::wrapped})
     this->*count += other.*count;
   return *this;
 }
@@ -45,7 +45,8 @@ std::string UnusablePixels::described() const {
       {saturated, "saturated"},
       {amplitude, "with another amplitude than their neighbours (dead, stuck or without modulation)"},
       {noisy, "noisier than their neighbours"},
-      {distance, "with another distance than their neighbours"}};
+      {distance, "with another distance than their neighbours"},
+      {wrapped, "wrapped"}};
   std::string text;
   for (const auto& [count, reason] : reasons)
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, reason);

@@ -24,7 +24,7 @@ struct Moments {
   double mean = unknown, sd = unknown;
 };
 
-/// Pixels of a window that are left out before anything is averaged over pixels, each under one reason.
+/// Pixels of a window that are left out, each under one reason.
 struct UnusablePixels {
   std::size_t pixels = 0;     ///< pixels in the window
   std::size_t map = 0;        ///< bad in the map of the camera's profile
@@ -33,8 +33,9 @@ struct UnusablePixels {
   std::size_t amplitude = 0;  ///< unlike the neighbours' amplitude: dead, stuck or without modulation
   std::size_t noisy = 0;      ///< noisier than the neighbours
   std::size_t distance = 0;   ///< unlike the neighbours' distance
+  std::size_t wrapped = 0;    ///< a whole turn away from the others
 
-  std::size_t total() const { return map + invalid + saturated + amplitude + noisy + distance; }
+  std::size_t total() const { return map + invalid + saturated + amplitude + noisy + distance + wrapped; }
   UnusablePixels& operator+=(const UnusablePixels& other);
   /// Counts with their reasons, for a message: `35 bad in the profile's map, 2 noisier than their neighbours`.
   std::string described() const;

@@ -43,7 +43,6 @@ struct Read {
   std::optional<Board> board;
   CameraSeen seen;
   ConditionEvidence evidence;
-  double wrapped = 0;         ///< share of pixels
   UnusablePixels unusable;    ///< pixels
   std::string left_out;       ///< and why, for a note
   std::string mistake, hint;  ///< user's
@@ -120,8 +119,8 @@ class Reader {
         throw std::runtime_error(problem);
       note_capture(recording, condition, result.evidence);
       images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
+      leave_out_wrapped(condition, images);
       result.unusable = images.left_out;
-      result.wrapped = leave_out_wrapped(condition, images);
       if (images.noise > too_noisy * range_)
         result.left_out = fmt::format("too little light: the noise of a pixel is {} in one frame",
                                       format_quantity(images.noise, "m"));
@@ -137,12 +136,12 @@ class Reader {
     }
   }
 
-  /// Pixels that differ from the others by a whole turn, as at the corners of a far board. @returns their share
-  double leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
+  /// Pixels that differ from the others by a whole turn, as at the corners of a far board.
+  void leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
     const std::vector<double> modelled = models_.of(condition).modelled(condition, images.pixels);
     std::vector<double> difference;
     for (std::size_t i = 0; i < modelled.size(); ++i) difference.push_back(images.distance[i] - modelled[i]);
-    if (difference.empty()) return 0;
+    if (difference.empty()) return;
     const double middle = physics::median(std::vector(difference));
     MeanImages kept{.noise = images.noise,
                     .frames = images.frames,
@@ -155,9 +154,8 @@ class Reader {
       kept.distance.push_back(images.distance[i]);
       if (!images.amplitude.empty()) kept.amplitude.push_back(images.amplitude[i]);
     }
-    const double share = 1 - static_cast<double>(kept.pixels.size()) / static_cast<double>(images.pixels.size());
-    if (share > 0) images = std::move(kept);
-    return share;
+    kept.left_out.wrapped = images.pixels.size() - kept.pixels.size();
+    images = std::move(kept);
   }
 
   void check_distance(Read& result) const {
@@ -274,20 +272,21 @@ void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, 
 
 /// Adds a note for all conditions with pixels that wrap.
 void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
-  std::size_t count = 0, worst = 0;
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    count += read[i].wrapped > 0 ? 1 : 0;
-    if (read[i].wrapped > read[worst].wrapped) worst = i;
-  }
+  const auto share_of = [](const Read& r) {
+    return static_cast<double>(r.unusable.wrapped) / static_cast<double>(std::max<std::size_t>(r.unusable.pixels, 1));
+  };
+  const auto count = std::ranges::count_if(read, [&](const Read& r) { return r.unusable.wrapped > 0; });
   if (count == 0) return;
+  const auto worst = std::ranges::max_element(read, {}, share_of);
   all.notes.push_back(
       fmt::format("{} condition{} pixels that wrap, which are left out: most of them in {} ({:.2g} % of its pixels)",
-                  count, count == 1 ? " has" : "s have", campaign.conditions[worst].id, 100 * read[worst].wrapped));
+                  count, count == 1 ? " has" : "s have",
+                  campaign.conditions[static_cast<std::size_t>(worst - read.begin())].id, 100 * share_of(*worst)));
 }
 
 /// Adds a note for all conditions with pixels excluded before averaging. Saturation is reported with each board.
 void note_unusable(const io::Campaign& campaign, const std::vector<Read>& read, Boards& all) {
-  const auto count_of = [](const Read& r) { return r.unusable.total() - r.unusable.saturated; };
+  const auto count_of = [](const Read& r) { return r.unusable.total() - r.unusable.saturated - r.unusable.wrapped; };
   const auto worst = std::ranges::max_element(read, {}, count_of);
   if (worst == read.end() || count_of(*worst) == 0) return;
   const auto affected = std::ranges::count_if(read, [&](const Read& r) { return count_of(r) > 0; });
@@ -321,8 +320,8 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
     if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
-    all.unusable += read[i].unusable;
     if (!read[i].board) continue;
+    all.unusable += read[i].unusable;
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
     all.boards.push_back(std::move(*read[i].board));
   }

@@ -22,7 +22,7 @@ struct Boards {
   std::vector<std::string> applied;  ///< corrections that the captures' distances have already, by stage
   std::size_t repeats = 0;           ///< conditions that were merged with another one
   std::size_t conditions = 0;        ///< the campaign's
-  UnusablePixels unusable;           ///< of all conditions that were read
+  UnusablePixels unusable;           ///< of the conditions that are used
 
   std::size_t target_of(const Board& board) const;
 };

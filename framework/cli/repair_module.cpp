@@ -46,9 +46,10 @@ int repair(const RepairArguments& arguments) {
                               config::counted(repaired.lost + repaired.frames, "frame"),
                               repaired.without_time == 0
                                   ? ""
-                                  : fmt::format("; {} without time stamp and settings, which count as unknown",
+                                  : fmt::format("; {} without time stamp, which counts as unknown",
                                                 config::counted(repaired.without_time, "frame"))));
-  if (arguments.part.extension() == ".part") print_message(arguments.part.string() + " is not needed any more");
+  if (arguments.part.extension() == ".part" && repaired.lost == 0)
+    print_message(arguments.part.string() + " is not needed any more");
   return 0;
 }
 

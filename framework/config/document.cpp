@@ -29,35 +29,35 @@ std::string yaml_problem(const std::string& message) {
   namespace words = YAML::ErrorMsg;
   static const std::pair<std::string_view, const char*> meanings[] = {
       {too_many_values, too_many_values},
-      {words::END_OF_MAP_FLOW, "a '{' without its '}'"},
-      {words::END_OF_SEQ_FLOW, "a '[' without its ']'"},
+      {words::END_OF_MAP_FLOW, "unclosed '{'"},
+      {words::END_OF_SEQ_FLOW, "unclosed '['"},
       {words::END_OF_MAP, "this is not a 'key: value' like those above: is its indentation right?"},
       {words::END_OF_SEQ, "this does not belong to the list above: is its indentation right?"},
-      {words::MAP_VALUE, "no ':' is expected here: texts with ': ' stand between quotes; is the indentation right?"},
+      {words::MAP_VALUE, "no ':' is expected here: texts with ': ' must be quoted; is the indentation right?"},
       {words::MAP_KEY, "no key is expected here: is the indentation right?"},
       {words::BLOCK_ENTRY, "no '- ' is expected here: is the indentation right?"},
       {words::FLOW_END, "a ']' or '}' without its beginning"},
-      {words::EOF_IN_SCALAR, "a text between quotes does not end"},
+      {words::EOF_IN_SCALAR, "a quoted text does not end"},
       {words::DOC_IN_SCALAR, "'---' or '...' within a text"},
       {words::TAB_IN_INDENTATION, "a tab in the indentation: use blanks"},
-      {words::UNKNOWN_TOKEN, "this character cannot begin a text: put the text between quotes"},
-      {words::INVALID_ESCAPE, "an unknown '\\' sequence: put the text between single quotes"},
-      {words::INVALID_HEX, "an unknown '\\' sequence: put the text between single quotes"},
-      {words::INVALID_UNICODE, "an unknown '\\' sequence: put the text between single quotes"},
-      {words::UNKNOWN_ANCHOR, "'*' refers to a name that no '&' gives: put texts with '*' between quotes"},
+      {words::UNKNOWN_TOKEN, "this character cannot begin a text: quote the text"},
+      {words::INVALID_ESCAPE, "an unknown '\\' sequence: put the text in single quotes"},
+      {words::INVALID_HEX, "an unknown '\\' sequence: put the text in single quotes"},
+      {words::INVALID_UNICODE, "an unknown '\\' sequence: put the text in single quotes"},
+      {words::UNKNOWN_ANCHOR, "'*' refers to a name that no '&' gives: quote texts with '*'"},
   };
   for (const auto& [beginning, meaning] : meanings) {
     if (message.starts_with(beginning)) return meaning;
   }
-  return "not understood: put texts with special characters between quotes";
+  return "not understood: quote texts with special characters";
 }
 
-/// Returns whether the text between quotes that begins at a place has an end; yaml-cpp takes the end of the file for
-/// it.
+/// Returns whether the quoted text that begins at a place has an end; yaml-cpp takes the end of the file for it.
 bool ends(std::string_view text, std::size_t begin) {
   const char quote = text[begin];
   for (std::size_t i = begin + 1; i < text.size(); ++i) {
-    if (quote == '"' && text[i] == '\\')
+    const bool escape = quote == '"' ? text[i] == '\\' : text.substr(i).starts_with("''");
+    if (escape)
       ++i;
     else if (text[i] == quote)
       return true;
@@ -68,7 +68,10 @@ bool ends(std::string_view text, std::size_t begin) {
 class Converter {
  public:
   Converter(std::shared_ptr<const SourceText> source, const std::string& text, std::optional<Position> fixed)
-      : source_(std::move(source)), text_(text), fixed_(std::move(fixed)) {}
+      : source_(std::move(source)), text_(text), fixed_(std::move(fixed)) {
+    constexpr std::string_view mark_of_utf8 = "\xEF\xBB\xBF";  // yaml-cpp counts from behind it
+    if (text_.starts_with(mark_of_utf8)) text_.remove_prefix(mark_of_utf8.size());
+  }
 
   Value convert(const YAML::Node& node, Diagnostics& diagnostics) {
     Value value;

@@ -6,12 +6,14 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <mutex>
+#include <stdexcept>
 #include <utility>
 
 namespace tofgraph::config {
@@ -19,8 +21,8 @@ namespace {
 
 std::atomic<bool> bar_stands = false;
 
-std::mutex silencing;
-int silent = 0;                                 // objects that want silence
+std::mutex one_silence;                         // one SilentLibraries at a time
+std::mutex redirection;                         // no message is written while standard error changes
 std::atomic<int> seen_by_user = STDERR_FILENO;  // what the user reads
 std::atomic<int> duplicate = -1;                // of standard error; stays open, so that nobody writes to another file
 
@@ -60,6 +62,7 @@ void print_message(const std::string& text) {
   static const bool colours = colours_wanted();
   const std::string line = fmt::format("{}{}{}", bar_stands.exchange(false) ? "\r\033[K" : "",
                                        colours ? coloured(text) : text, text.ends_with('\n') ? "" : "\n");
+  const std::scoped_lock lock(redirection);
   for (std::string_view left = line; !left.empty();) {
     const ssize_t written = ::write(standard_error(), left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
@@ -70,23 +73,31 @@ void print_message(const std::string& text) {
 
 int standard_error() { return seen_by_user; }
 
-SilentLibraries::SilentLibraries() {
-  const std::scoped_lock lock(silencing);
-  if (silent++ > 0) return;
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+SilentLibraries::SilentLibraries() : alone_(one_silence), words_(memfd_create("words", MFD_CLOEXEC)) {
+  const std::scoped_lock lock(redirection);
+  const int hidden = words_ >= 0 ? words_ : open("/dev/null", O_WRONLY | O_CLOEXEC);
   const int kept = duplicate < 0 ? fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 3) : dup3(STDERR_FILENO, duplicate, O_CLOEXEC);
-  if (nowhere >= 0 && kept >= 0) {
+  if (hidden >= 0 && kept >= 0) {
     seen_by_user = duplicate = kept;
-    dup2(nowhere, STDERR_FILENO);
+    dup2(hidden, STDERR_FILENO);
   }
-  if (nowhere >= 0) close(nowhere);
+  if (words_ < 0 && hidden >= 0) close(hidden);
 }
 
 SilentLibraries::~SilentLibraries() {
-  const std::scoped_lock lock(silencing);
-  if (--silent > 0 || seen_by_user == STDERR_FILENO) return;
+  const std::scoped_lock lock(redirection);
+  if (words_ >= 0) close(words_);
+  if (seen_by_user == STDERR_FILENO) return;
   dup2(seen_by_user, STDERR_FILENO);
   seen_by_user = STDERR_FILENO;
+}
+
+std::string SilentLibraries::words() const {
+  std::string text(std::size_t{1} << 16U, '\0');
+  const ssize_t got = seen_by_user == STDERR_FILENO ? -1 : pread(words_, text.data(), text.size(), 0);
+  if (got < 0) throw std::runtime_error("what the libraries print cannot be kept: out of files or memory");
+  text.resize(static_cast<std::size_t>(got));
+  return text;
 }
 
 void set_bar_stands(bool stands) { bar_stands = stands; }

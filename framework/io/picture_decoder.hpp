@@ -6,8 +6,10 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "config/silence.hpp"
@@ -17,8 +19,18 @@ namespace tofgraph::io {
 
 inline constexpr const char* undecodable = "cannot be read as a picture: it is damaged, or of a kind that is not read";
 
+/// Refuses what a decoder made of damaged data: libjpeg fills up what is missing, and only prints that it did.
+/// @throws std::runtime_error
+inline void refuse_filled_up(const config::SilentLibraries& libraries) {
+  const std::string words = libraries.words();
+  for (const char* damage : {"Corrupt JPEG data", "Premature end of JPEG", "Inconsistent progression", "Invalid SOS"}) {
+    if (words.find(damage) != std::string::npos)
+      throw std::runtime_error("is a damaged picture: its decoder had to make up pixels");
+  }
+}
+
 /// The pages of a picture, as they are stored. A file that ends too early is check_picture's to find.
-/// @returns at least one page, none empty @throws std::runtime_error `undecodable`
+/// @returns at least one page, none empty @throws std::runtime_error `undecodable`, or what refuse_filled_up() throws
 inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
   const config::SilentLibraries silent;
   std::vector<cv::Mat> pages;
@@ -28,14 +40,12 @@ inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
   } catch (const cv::Exception&) {
     pages.clear();
   }
-  for (const cv::Mat& page : pages) {
-    if (page.empty()) pages.clear();
-  }
-  if (pages.empty()) throw std::runtime_error(undecodable);
+  if (pages.empty() || std::ranges::any_of(pages, &cv::Mat::empty)) throw std::runtime_error(undecodable);
+  refuse_filled_up(silent);
   return pages;
 }
 
-/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error `undecodable`
+/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error as decode_pages
 inline cv::Mat decode_picture(const std::filesystem::path& file, int modes) {
   const config::SilentLibraries silent;
   cv::Mat picture;
@@ -45,6 +55,7 @@ inline cv::Mat decode_picture(const std::filesystem::path& file, int modes) {
     picture.release();
   }
   if (picture.empty()) throw std::runtime_error(undecodable);
+  refuse_filled_up(silent);
   return picture;
 }
 

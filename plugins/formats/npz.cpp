@@ -22,9 +22,7 @@ struct Npz final : FileFormat {
   explicit Npz(const std::string& path) {
     int error = 0;
     archive_.reset(zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error));
-    if (!archive_)
-      throw std::runtime_error(error == ZIP_ER_NOZIP ? "is a damaged archive: its end is missing, it was cut off"
-                                                     : "is a damaged archive");
+    if (!archive_) throw std::runtime_error(problem_of(error));
     const zip_int64_t count = zip_get_num_entries(archive_.get(), 0);
     for (zip_int64_t i = 0; i < count; ++i) add_member(static_cast<zip_uint64_t>(i));
     if (arrays().empty() && !not_numbers_.empty()) throw std::runtime_error(not_numbers_);
@@ -58,10 +56,31 @@ struct Npz final : FileFormat {
     std::uint64_t at = 0;  // bytes read of it
   };
 
+  /// @param error a code of libzip
+  static const char* problem_of(int error) {
+    switch (error) {
+      case ZIP_ER_NOZIP:
+        return "is a damaged archive: its end is missing, it was cut off";
+      case ZIP_ER_OPEN:
+        return "cannot be opened: may it be read?";
+      case ZIP_ER_READ:
+        return "cannot be read: the system reports an error";
+      case ZIP_ER_MEMORY:
+        return "cannot be read: out of memory";
+      case ZIP_ER_COMPNOTSUPP:
+        return "has a member whose compression this libzip does not know: save it with numpy.savez_compressed";
+      case ZIP_ER_ENCRNOTSUPP:
+      case ZIP_ER_NOPASSWD:
+        return "has an encrypted member: save it without a password";
+      default:
+        return "is a damaged archive";
+    }
+  }
+
   void reopen(Member& member) {
     member.file.reset(zip_fopen_index(archive_.get(), member.index, 0));
     member.at = 0;
-    if (!member.file) throw std::runtime_error("is a damaged archive: a member cannot be opened");
+    if (!member.file) throw std::runtime_error(problem_of(zip_error_code_zip(zip_get_error(archive_.get()))));
   }
 
   void next(Member& member, void* out, std::uint64_t bytes) {

@@ -110,6 +110,17 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
   stored_archive[stored_archive.size() / 2] ^= 4;
   write_text(path("s.npz"), stored_archive);
   EXPECT_THAT(convert("s.npz --as amplitude=a").err, HasSubstr("damaged archive"));
+  // Of an archive that is whole, but cannot be read, the cause is stated.
+  const std::pair<int, const char*> unreadable[] = {{6, "encrypted"}, {8, "compression"}};
+  for (const auto& [offset, words] : unreadable) {
+    ASSERT_TRUE(python("np.savez('u.npz', a=np.ones((5, 6, 8), 'f4'))\n"));
+    std::string archive = read_text(path("u.npz"));
+    const std::size_t local = archive.find("PK\x03\x04"), central = archive.find("PK\x01\x02");
+    ASSERT_NE(central, std::string::npos);
+    for (const std::size_t at : {local, central + 2}) archive[at + static_cast<std::size_t>(offset)] = 1;
+    write_text(path("u.npz"), archive);
+    EXPECT_THAT(convert("u.npz --as amplitude=a").err, testing::AllOf(HasSubstr(words), Not(HasSubstr("damaged"))));
+  }
   // A member outside of the archive's folder is an array like any other: nothing is unpacked.
   ASSERT_TRUE(
       python("import zipfile\nnp.save('b.npy', np.ones((6, 8)))\nz = zipfile.ZipFile('p.npz', 'w')\n"

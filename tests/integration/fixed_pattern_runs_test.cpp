@@ -36,6 +36,7 @@ struct PatternRun {
   std::uint64_t seed = 1;
   double pattern = 1;    ///< factor on the pattern
   double misplaced = 0;  ///< m, of the second distance's boards
+  bool spoilt = false;   ///< 64 pixels of the first board wrap, and the last board has too little light
 };
 
 /// True place of a board.
@@ -106,13 +107,16 @@ class FixedPatternRuns : public testing::Test {
         RawCapture capture(folder.path() / (name + ".h5"));
         capture.head(side, side, 1, "tofgraph-capture", "small");
         std::vector<float> exact, distances;
+        const bool dim = run.spoilt && k + 1 == run.distances;
         for (std::size_t i = 0; i < pixels; ++i) {
           const double d = half_path(i, board);
           exact.push_back(static_cast<float>(d + map[i] + error_at(d) + 28 * mm));
         }
         for (std::size_t f = 0; f < run.frames; ++f) {
           for (const float e : exact)
-            distances.push_back(e + static_cast<float>(0.75 * mm * distance * distance * unit(random)));
+            distances.push_back(e + static_cast<float>((dim ? 700 : 0.75) * mm * distance * distance * unit(random)));
+          for (std::size_t i = 0; k == 0 && roll == 0 && run.spoilt && i < 64; ++i)
+            distances[f * pixels + (i / 8) * side + i % 8] += static_cast<float>(std::numbers::pi * metres_per_radian);
         }
         const hsize_t n = run.frames;
         capture.dataset("distance", {n, side, side}, distances, {1, side, side});
@@ -199,6 +203,16 @@ TEST_F(FixedPatternRuns, WithoutAPatternNothingIsWritten) {
 TEST_F(FixedPatternRuns, ABoardHalfAMetreFromItsPlaceIsNamed) {
   const Outcome outcome = calibrate({.frames = 5, .distances = 5, .rolls = false, .misplaced = 0.5});
   EXPECT_NE(outcome.refusal.find("b1-0"), std::string::npos) << outcome.refusal;
+}
+
+TEST_F(FixedPatternRuns, ARefusalCountsWhatWasLeftOut) {
+  const Outcome outcome = calibrate({.frames = 5, .distances = 5, .rolls = false, .pattern = 0, .spoilt = true});
+  // Of four boards of 51 x 51 px, without the 64 that wrap; those at the corners of the 64 may count as outliers. The
+  // fifth board is not used, nor are its pixels counted.
+  EXPECT_NE(outcome.refusal.find("used: 4 of 5 conditions, 20 frames, 10340 of 10404 pixels in all"), std::string::npos)
+      << outcome.refusal;
+  EXPECT_NE(outcome.refusal.find(" wrapped"), std::string::npos) << outcome.refusal;
+  EXPECT_NE(outcome.refusal.find("b4-0: left out: too little light"), std::string::npos) << outcome.refusal;
 }
 
 }  // namespace

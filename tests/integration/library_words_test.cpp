@@ -10,8 +10,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <algorithm>
+#include <thread>
+
 #include "config/log.hpp"
 #include "config/silence.hpp"
+#include "io/picture_decoder.hpp"
 #include "tests/unit/capture_fixture.hpp"
 #include "tests/unit/raw_capture.hpp"
 
@@ -166,12 +170,40 @@ TEST_F(DamagedPicture, IsOneErrorOfEachCommand) {
 TEST_F(DamagedPicture, MessagesOfOneThreadAreSeenWhileALibraryIsSilencedInAnother) {
   testing::internal::CaptureStderr();
   {
-    const config::SilentLibraries silent, within;
+    const config::SilentLibraries silent;
     std::fputs("a library's", stderr);
     config::print_message("this program's");
+    EXPECT_EQ(silent.words(), "a library's");
   }
   std::fputs("afterwards\n", stderr);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "this program's\nafterwards\n");
+}
+
+TEST_F(DamagedPicture, NoMessageVanishesWhileAnotherThreadSilencesLibraries) {
+  constexpr std::ptrdiff_t messages = 20000;
+  testing::internal::CaptureStderr();
+  {
+    const std::jthread library([](const std::stop_token& stop) {
+      while (!stop.stop_requested()) const config::SilentLibraries silent;
+    });
+    for (std::ptrdiff_t i = 0; i < messages; ++i) config::print_message("this program's");
+  }
+  EXPECT_EQ(std::ranges::count(testing::internal::GetCapturedStderr(), '\n'), messages);
+}
+
+TEST_F(DamagedPicture, PixelsThatADecoderMadeUpAreNotUsed) {
+  cv::Mat picture(48, 64, CV_8U);
+  cv::randu(picture, 0, 255);
+  cv::imwrite(path("good.jpg").string(), picture);
+  EXPECT_EQ(io::decode_picture(path("good.jpg"), cv::IMREAD_UNCHANGED).size(), picture.size());
+  const std::string whole = read_text(path("good.jpg"));
+  const std::string damaged[] = {whole.substr(0, whole.size() / 2), whole.substr(0, whole.size() / 2) + "\xFF\xD9",
+                                 whole.substr(0, whole.size() / 2) + whole.substr(whole.size() / 2 + 100)};
+  for (const std::string& bytes : damaged) {
+    write_text(path("bad.jpg"), bytes);
+    EXPECT_THROW(io::decode_picture(path("bad.jpg"), cv::IMREAD_UNCHANGED), std::runtime_error) << bytes.size();
+    EXPECT_THROW(io::decode_pages(path("bad.jpg")), std::runtime_error) << bytes.size();
+  }
 }
 
 }  // namespace

@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -27,23 +29,40 @@ struct Pose {
   Vector translation{};  ///< mm
 };
 
+struct View {
+  const char* camera = "camcube2";
+  double distance = 900, milliseconds = 2;
+};
+
 class PoseCommand : public testing::Test {
  protected:
   Outcome run(const std::string& arguments) const { return shell("\"$TOFGRAPH\" " + arguments, folder.path()); }
 
   /// A chessboard of 8 x 6 inner corners, 30 mm; tilts in degrees, roll of the camera in degrees.
-  void simulate(double tilt_x, double tilt_y, double roll) const {
+  void simulate(double tilt_x, double tilt_y, double roll, const View& view = {}) const {
     std::ostringstream scene;
-    scene
-        << "scene: 1\ncamera: camcube2\nframes: 4\nintegration_time: 2 ms\nsubpixels: 5\nroll: " << roll
-        << " deg\nobjects:\n  - {name: board, type: chessboard, distance: 900 mm, columns: 8, rows: 6, square: 30 mm, "
-           "tilt_x: "
-        << tilt_x << " deg, tilt_y: " << tilt_y << " deg}\n";
+    scene << "scene: 1\ncamera: " << view.camera << "\nframes: 4\nintegration_time: " << view.milliseconds
+          << " ms\nsubpixels: 5\nroll: " << roll
+          << " deg\nobjects:\n  - {name: board, type: chessboard, distance: " << view.distance
+          << " mm, columns: 8, rows: 6, square: 30 mm, "
+             "tilt_x: "
+          << tilt_x << " deg, tilt_y: " << tilt_y << " deg}\n";
     write_text(folder.path() / "scene.yaml", scene.str());
     const Outcome outcome =
         run("run \"simulator scene=scene.yaml ! four_phase_decoder ! capture_writer path=board.h5\" "
             "--force");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  /// The profile camcube2 with a fisheye that sees 75 deg to each side.
+  void write_wide_camera() const {
+    std::string text = read_text(std::filesystem::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml");
+    for (const auto& [line, by] : {std::pair{"name: camcube2.*", "name: wide"},
+                                   {"principal_point: .*", "principal_point: [101.5, 101.5]"},
+                                   {"distortion: .*", "distortion: [0.03, -0.01, 0.004, -0.001]"},
+                                   {"field_of_view: .*", ""},
+                                   {"focal_length: .*", "lens: fisheye\nfocal_length: 3.2 mm"}})
+      text = std::regex_replace(text, std::regex(line), by);
+    write_text(folder.path() / "wide.yaml", text);
   }
   Pose find(const std::string& more = "") const {
     const Outcome outcome =
@@ -90,6 +109,19 @@ TEST_F(PoseCommand, IsThatOfTheSceneForEveryTiltAndNeverTurned) {
     Vector expected{};
     for (std::size_t i = 0; i < 3; ++i) expected[i] = -truth[6 + i] * (900 - 12.8);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(pose.translation[i], expected[i], 8) << "axis " << i;
+  }
+}
+
+TEST_F(PoseCommand, IsThatOfTheSceneThroughAFisheye) {
+  write_wide_camera();
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {-25.0, 10.0}, {10.0, 30.0}}) {
+    simulate(x, y, 0, {"wide.yaml", 200, 0.5});
+    const Pose pose = find("--camera ./wide.yaml");
+    const Matrix truth = board_rotation(x * degree, y * degree);
+    EXPECT_LT(difference(pose.rotation, truth), 0.5) << x << " deg, " << y << " deg";
+    // The optical centre is 3.2 mm before the sensor plane.
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(pose.translation[i], -truth[6 + i] * (200 - 3.2), 2) << x << " deg, " << y << " deg, axis " << i;
   }
 }
 

@@ -181,9 +181,16 @@ class CutRecording : public CutCapture, public testing::WithParamInterface<Endin
       return path;
     }
     const pid_t child = fork();
-    if (child == 0) record(path, GetParam().compression, false);
-    int status = 0;
+    if (child == 0) {
+      try {
+        record(path, GetParam().compression, false);
+      } catch (...) {
+        _exit(1);
+      }
+    }
+    int status = -1;
     waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0) << "the recorder";
     return io::CaptureWriter::part_of(path);
   }
 };
@@ -205,8 +212,13 @@ TEST_P(CutRecording, KeepsTheFramesWhoseChunksAreWholeAndCountsTheOthers) {
     const std::string problem = thrown([&] { result = io::repair_capture(cut, mended, false); });
     const std::string where = "at " + std::to_string(bytes) + " of " + std::to_string(size);
     if (held == 0) {
-      EXPECT_EQ(problem, cut.string() + " was cut off: it has " + std::to_string(bytes) + " of " +
-                             std::to_string(size) + " bytes, and no whole frame is in them");
+      // Where the cause is that no structure is left, it is stated.
+      const std::string begin = cut.string() + " was cut off: it has " + std::to_string(bytes) + " of " +
+                                std::to_string(size) + " bytes, and ";
+      EXPECT_TRUE(problem == begin + "no whole frame is in them" ||
+                  problem.starts_with(begin + "they cannot be read: "))
+          << problem;
+      EXPECT_EQ(problem.find(".copy"), std::string::npos) << problem;
       EXPECT_FALSE(fs::exists(mended));
       continue;
     }
@@ -236,6 +248,18 @@ INSTANTIATE_TEST_SUITE_P(Kinds, CutRecording,
                          testing::Values(Ending{"Plain", 0, false}, Ending{"Compressed", 4, false},
                                          Ending{"Killed", 0, true}, Ending{"KilledCompressed", 4, true}),
                          [](const auto& kind) { return std::string(kind.param.name); });
+
+TEST_F(CutCapture, AnotherCauseThanTheCutIsKept) {
+  {
+    RawCapture capture(path);
+    capture.head(side, side, 7).metadata(frames, 2e-3);
+    capture.dataset("range", {frames, side, side}, std::vector<float>(frames * frame, 1), {1, side, side});
+  }
+  fs::resize_file(path, fs::file_size(path) - 1000);
+  const std::string problem = thrown([&] { io::repair_capture(path, mended, false); });
+  EXPECT_NE(problem.find(" bytes, and they cannot be read: "), std::string::npos) << problem;
+  EXPECT_NE(problem.find("version 7"), std::string::npos) << problem;
+}
 
 TEST_F(CutCapture, WhatIsNotHdf5IsNotExtended) {
   write_text(path, std::string(5000, 'x'));

@@ -32,19 +32,24 @@ TEST(Document, RefusesWhatYamlWouldReadSilently) {
 
 TEST(Document, MistakesAreToldInPlainWords) {
   const std::pair<const char*, const char*> mistakes[] = {
-      {"a: {b: 1\n", "a '{' without its '}'"},
-      {"a: [1, 2\n", "a '[' without its ']'"},
+      {"a: {b: 1\n", "unclosed '{'"},
+      {"a: [1, 2\n", "unclosed '['"},
       {"a: 1]\nb: ]\n", "a ']' or '}' without its beginning"},
       {"a: b: c\n", "no ':' is expected here"},
       {"a: 1\n b: 2\n", "is the indentation right?"},
       {"a:\n  - 1\n b: 2\n", "is its indentation right?"},
       {"a:\n\t- 1\n", "is the indentation right?"},
       {"a: 'x\n---\nb'\n", "'---' or '...' within a text"},
-      {"a: \"two words\n", "a text between quotes does not end"},
-      {"a: @home\n", "put the text between quotes"},
-      {"a: \"\\q\"\n", "put the text between single quotes"},
+      {"a: \"two words\n", "a quoted text does not end"},
+      {"a: @home\n", "quote the text"},
+      {"a: \"\\q\"\n", "put the text in single quotes"},
       {"a: *none\n", "'*' refers to a name that no '&' gives"},
-      {"a: 'two words\nb: 1\n", "a text between quotes does not end"},
+      {"a: 'two words\nb: 1\n", "a quoted text does not end"},
+      {"a: 'it''s\n", "a quoted text does not end"},
+      {"a: '''b\n", "a quoted text does not end"},
+      {"\xEF\xBB\xBF"
+       "a: 'two words\nb: 1\n",
+       "a quoted text does not end"},
       {"a: &\n", "not understood"},
   };
   for (const auto& [text, words] : mistakes) {
@@ -53,6 +58,17 @@ TEST(Document, MistakesAreToldInPlainWords) {
     EXPECT_NE(said.find(words), std::string::npos) << text << said;
     for (const char* raw : {"illegal", "not found", "unknown token", "end of", "anchor", "bad "})
       EXPECT_EQ(said.find(raw), std::string::npos) << text << said;
+  }
+}
+
+TEST(Document, QuotesWithinQuotedTextsAndAMarkOfUtf8AreRead) {
+  for (const std::string mark : {"", "\xEF\xBB\xBF"}) {
+    const config::Value root = config::parse_document("a", mark + "a: 'it''s'\nb: ''''\nc: \"\\\"\"\nd: ''\ne: 'last'");
+    EXPECT_EQ(root.find("a")->value.text, "it's");
+    EXPECT_EQ(root.find("b")->value.text, "'");
+    EXPECT_EQ(root.find("c")->value.text, "\"");
+    EXPECT_EQ(root.find("d")->value.text, "");
+    EXPECT_EQ(root.find("e")->value.text, "last");
   }
 }
 

@@ -32,7 +32,9 @@ Failure explained(const std::string& words) {
     return {.text = fmt::format(
                 "it was cut off: it has {} of {} bytes; 'tofgraph repair' keeps the whole frames of a capture", left,
                 whole)};
-  if (says("already open for")) return {.text = "another program has it open for writing", .being_written = true};
+  if (says("already open for"))
+    return {.text = "it is marked as open for writing: by a program that runs, or that was killed",
+            .being_written = true};
   if (says("unable to lock file") && says("errno = 11,")) return {.text = "another program has it open"};
   constexpr std::string_view system = "error message = '";
   if (const std::size_t at = words.find(system); at != std::string::npos) {
@@ -40,7 +42,7 @@ Failure explained(const std::string& words) {
     return {.text = words.substr(begin, words.find('\'', begin) - begin)};
   }
   if (says("allocation failed")) return {.text = "it asks for more memory than is allowed"};
-  return {.text = "it is damaged"};
+  return {.text = "HDF5 cannot read it"};
 }
 
 }  // namespace

@@ -17,6 +17,9 @@ inline constexpr const char* provenance = "provenance";
 /// Root attributes: of the exposures, in their order, rad and Hz.
 inline constexpr const char *phase = "exposure_phase_rad", *frequency = "exposure_frequency_hz";
 
+/// The words on a capture that was cut off before the end of its first frame.
+inline constexpr const char* no_complete_frame = "holds no complete frame yet";
+
 /// 0 degC in kelvin.
 inline constexpr double zero_celsius = 273.15;
 

@@ -231,7 +231,12 @@ void CaptureReader::Impl::read_exposures() {
 
 void CaptureReader::Impl::read_channels() {
   group = Handle(H5Gopen2(h5, layout::group, H5P_DEFAULT), H5Gclose);
-  if (!group) throw std::runtime_error("has no group /frames: " + h5::last_error());
+  const std::string why = group ? "" : h5::last_error();
+  if (!group && H5Lexists(h5, layout::group, H5P_DEFAULT) == 0) {
+    H5Eclear2(H5E_DEFAULT);
+    throw std::runtime_error("has no group /frames");
+  }
+  if (!group) throw std::runtime_error("the group /frames cannot be opened: " + why);
   const std::vector<std::string> names = names_in(group);
   const bool measured =
       std::ranges::any_of(measurements, [&](const char* m) { return std::ranges::count(names, m) > 0; });
@@ -294,7 +299,7 @@ void CaptureReader::Impl::read_metadata() {
       read_array(kind);
   }
   for (h5::MetadataArray& array : metadata) array.values.resize(frames);
-  if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : "holds no complete frame yet");
+  if (frames == 0) throw std::runtime_error(finished ? "holds no frames" : layout::no_complete_frame);
 }
 
 void CaptureReader::Impl::read_array(const layout::Metadata& kind) {

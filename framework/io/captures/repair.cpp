@@ -3,6 +3,7 @@
 #include "io/captures/repair.hpp"
 
 #include "io/captures/capture.hpp"
+#include "io/captures/capture_layout.hpp"
 #include "io/output_file.hpp"
 
 #include <tofgraph/array.hpp>
@@ -96,9 +97,12 @@ struct RepairSource {
       fs::resize_file(copy.path, whole);
       try {
         reader = std::make_unique<CaptureReader>(copy.path, size);
-      } catch (const std::runtime_error&) {
-        throw std::runtime_error(fmt::format("{} was cut off: it has {} of {} bytes, and no whole frame is in them",
-                                             part.string(), size, whole));
+      } catch (const std::runtime_error& problem) {
+        std::string why = problem.what();
+        if (const std::string name = copy.path.string() + ": "; why.starts_with(name)) why.erase(0, name.size());
+        throw std::runtime_error(fmt::format(
+            "{} was cut off: it has {} of {} bytes, and {}", part.string(), size, whole,
+            why == layout::no_complete_frame ? "no whole frame is in them" : "they cannot be read: " + why));
       }
       cut = true;
     }
