@@ -83,6 +83,7 @@ const Case broken[] = {
     {"filter", "prepares_slowly", "lifetime", "does not end within 60 s", "broken"},
     {"filter", "loads_slowly", "loads", "it waits for ", "noisy"},
     {"filter", "prints_when_loaded", "loads", "it prints 'a licence is needed' to standard output", "noisy"},
+    {"filter", "prints_an_empty_line", "loads", "it prints '' to standard output", "noisy"},
     {"effect", "gives_nan", "finite", "it turns finite light into NaN or infinity", "broken_effects"},
     {"effect", "gives_up", "finite", "and then refuses the light: effect gives_up: there is no table",
      "broken_effects"},
