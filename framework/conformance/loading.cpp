@@ -69,7 +69,7 @@ void make(const Subject& subject, const Settings& settings) {
   try {
     const simulation::Effect effect(plugin, values.data(), camera->view());
   } catch (const simulation::EffectError& error) {
-    refuse(error.what());
+    refuse(error.what(), error.defect);
   }
 }
 
