@@ -16,6 +16,7 @@ import functools
 import json
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -32,6 +33,15 @@ FOLDER = ROOT / "docs/schema"
 LENS = "profile: 1\nwidth: 4\nheight: 4\nfocal_length: [3 px, 3 px]\nprincipal_point: [1, 1]\n"
 SCENE = "scene: 1\ncamera: camcube2\nobjects: "
 CAMPAIGN = "campaign: 1\ncamera: camcube2\n"
+# Documents that the program takes. The wrong ones below differ from them by what is wrong.
+RIGHT = {
+    "pipeline": "pipeline: 1\nnodes: [{stage: simulator}]\ncamera: camcube2",
+    "model": "model: 1\neffects: [{effect: wiggling, amplitude: 5 mm}]",
+    "profile": LENS,
+    "scene": SCENE + "[{type: board, distance: 1 m}]",
+    "campaign": CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 1 m}}]",
+    "layout": "layout: 1\nchannels: {depth: {unit: m}}",
+}
 WRONG = {
     "pipeline": ["pipeline: 2\nnodes: []", "pipeline: 1\nnodes: [{stage: median, windw: 3}]",
                  "pipeline: 1\nnodes: [{stage: median, window: big}]", "pipeline: 1\nnodes: [{name: a}]",
@@ -49,7 +59,7 @@ WRONG = {
               SCENE + "[{type: board, distance: 1 m}]\nsequence: [{key: distance, values: [1 m]}]"],
     "campaign": [CAMPAIGN, CAMPAIGN + "conditions: []", CAMPAIGN + "conditions: [{capture: a.h5}]",
                  CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 500}}]",
-                 CAMPAIGN + "conditions: [{capture: a.h5, lens: caped}]",
+                 CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 1 m}, lens: caped}]",
                  CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 1 m}, roi: {columns: [0, 9]}}]",
                  CAMPAIGN + "conditions: [{capture: a.h5}]\npattern: {type: circles, columns: 8, rows: 6}",
                  CAMPAIGN + "table: {file: a.csv, distance: {column: d}, measured_depth: {column: m, unit: mm}}"],
@@ -151,11 +161,23 @@ class Program:
 
     def __init__(self, program, folder):
         self.program, self.folder = program, pathlib.Path(folder)
+        self.make_inputs()
+
+    def make_inputs(self):
+        """Makes what documents name, so that none is refused because that is missing."""
+        (self.folder / "lens.yaml").write_text(LENS.replace("height: 4", "height: 3"))  # only one order of axes fits
+        head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4)}".ljust(117) + b"\n"
+        (self.folder / "array.npy").write_bytes(b"\x93NUMPY\x01\x00v\x00" + head + struct.pack("<12f", *[1] * 12))
+        (self.folder / "a.csv").write_text("d,m\n1000,1010\n")
+        nodes = "simulator frames=1 distance='1 m' ! capture_writer path=a.h5"
+        subprocess.run([self.program, "--quiet", "run", nodes, "--camera", "camcube2"], check=True, cwd=self.folder)
 
     def run(self, kind, text):
         file = self.folder / "document.yaml"
         file.write_text(text)
-        words = ["convert", "none.npy", "--layout", file, "-o", "out.h5"] if kind == "layout" else ["check", file]
+        words = ["check", file]
+        if kind == "layout":
+            words = ["convert", "array.npy", "--layout", file, "--camera", "./lens.yaml", "-o", "out.h5", "--force"]
         return subprocess.run([self.program, *words], capture_output=True, text=True, cwd=self.folder)
 
     def named(self, kind, document, path, change):
@@ -253,11 +275,15 @@ def main():
                              for e in validator.iter_errors(document)]
             if not files:
                 failures.append(f"there is no file of the kind {kind}")
+            right = program.run(kind, RIGHT[kind])
+            if right.returncode != 0 or not validator.is_valid(yaml.safe_load(RIGHT[kind])):
+                failures.append(f"a right {kind} is refused: {RIGHT[kind]!r}: {right.stderr}")
             for text in wrong:
                 if validator.is_valid(yaml.safe_load(text)):
                     failures.append(f"the schema of a {kind} takes {text!r}")
-                if program.run(kind, text).returncode != 2:
-                    failures.append(f"the program takes {text!r}")
+                outcome = program.run(kind, text)
+                if outcome.returncode != 2 or re.search("there is no (such )?file", outcome.stderr):
+                    failures.append(f"the program takes {text!r}, or refuses it for another reason: {outcome.stderr}")
             failures += compare(kind, schema, program)
             print(f"{kind}: {len(files)} files, {len(wrong)} wrong documents")
     print("\n".join(failures))

@@ -63,7 +63,7 @@ class Bench {
     try {
       return std::make_shared<const simulation::Effect>(plugin_, values, camera_->view());
     } catch (const EffectError& error) {
-      refuse(error.what());
+      refuse(error.what(), error.defect);
     }
   }
 
@@ -81,7 +81,7 @@ class Bench {
         if (model.has_readout()) model.read_out(acquisition, pixels_, seen.taps);
         all.insert(all.end(), seen.taps.begin(), seen.taps.end());
       } catch (const EffectError& error) {
-        refuse(error.what());
+        refuse(error.what(), error.defect);
       }
     }
     return all;

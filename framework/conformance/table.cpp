@@ -9,7 +9,8 @@ constexpr const char *all = "source filter sink effect format", *made = "source 
                      *stages = "source filter sink", *readers = "filter sink", *filters = "filter";
 
 constexpr Check table[] = {
-    {"loads", "Loads with all its symbols, within 100 ms of processor time, and prints nothing", all, 1, 20, loads},
+    {"loads", "Loads with all its symbols, within 100 ms of processor time, and prints nothing to standard output", all,
+     1, 20, loads},
     {"descriptor", "Describes itself by the rules of the interface", all, 1, 20, describes_itself},
     {"texts", "Says in words what it, its ports and its parameters are", all, 3, 20, has_texts},
     {"units", "Gives the channels of the table their unit, type and shape", stages, 2, 20, keeps_units},

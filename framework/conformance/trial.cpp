@@ -53,15 +53,16 @@ std::uint64_t extent_of(std::string_view word, std::uint32_t rows, std::uint32_t
   return word == "N" ? columns : std::stoull(std::string(word));
 }
 
-void check(const config::Diagnostics& diagnostics) {
+/// @throws Refusal, Violation the first of some mistakes @param defect of the plugin
+void check(const config::Diagnostics& diagnostics, bool defect = false) {
   for (const config::Diagnostic& d : diagnostics.all())
-    if (!diagnostics.ok()) refuse(d.hint.empty() ? d.message : d.message + "\n" + d.hint);
+    if (!diagnostics.ok()) refuse(d.hint.empty() ? d.message : d.message + "\n" + d.hint, defect);
 }
 
 }  // namespace
 
-void refuse(const std::string& text) {
-  if (text.find("a bug in the plugin") != std::string::npos) throw Violation(text);  // the host's words
+void refuse(const std::string& text, bool defect) {
+  if (defect) throw Violation(text);
   throw Refusal(text);
 }
 
@@ -117,7 +118,7 @@ Trial::Trial(const Subject& subject, const Plugin& plugin, const Conditions& con
                                  values_of(plugin, settings_of(subject, conditions.settings)), host_);
   node_->set_overwrite(true);
   if (conditions.watched) node_->set_validating();
-  if (!node_->create(diagnostics)) check(diagnostics);
+  if (!node_->create(diagnostics)) check(diagnostics, node_->has_defect());
   if (conditions.sizes_known) input_.camera = camera_of(rows_, columns_);
   input_.known = UINT64_MAX;
   if (!node_->is_source()) add_channels(conditions);
@@ -129,7 +130,7 @@ Trial::~Trial() = default;
 
 void Trial::prepare() {
   config::Diagnostics diagnostics;
-  if (!node_->prepare({&input_}, {"input"}, diagnostics)) check(diagnostics);
+  if (!node_->prepare({&input_}, {"input"}, diagnostics)) check(diagnostics, node_->has_defect());
 }
 
 /// Every port's first channel, optional ones as well, and what frames of a camera have, unless the stage makes it.

@@ -20,9 +20,9 @@ class Refusal : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Turns what was said of a failure into one: a refusal, unless the host found a bug in the plugin.
-/// @throws Refusal, Violation
-[[noreturn]] void refuse(const std::string& text);
+/// Throws the failure of a stage with what was said of it. @param defect the host found a bug in the plugin
+/// @throws Refusal, or Violation for a defect
+[[noreturn]] void refuse(const std::string& text, bool defect = false);
 
 /// Values of the frames. Invalid pixels keep the rule of lengths and flags.
 enum class Content { ordinary, invalid, denormal, huge };

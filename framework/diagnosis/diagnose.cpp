@@ -196,7 +196,7 @@ class Run {
       const std::lock_guard lock(mutex_);
       share_ =
           std::max(share_, folds_from + (found_by - folds_from) * static_cast<double>(done) / static_cast<double>(all));
-      progress(share_, fmt::format("predicting what was put aside, fold {} of {}", done, all));
+      progress(share_, fmt::format("predicting held-out conditions, fold {} of {}", done, all));
     };
     search.hold_given = [this](const Problem& problem, const ModelFit& fit) {
       std::optional<ModelFit> held = d_->given->hold_undetermined_in(problem, fit);
@@ -332,7 +332,7 @@ class Run {
     note(notes_on_verification(d_->search, options_.time_limit));
     if (d_->search.cross_fit.empty() && !d_->search.found.empty() && !d_->search.time_expired)
       d_->notes.push_back(
-          "Nothing could be put aside: these conditions have neither four distances nor several targets or sessions. "
+          "Nothing could be held out: these conditions have neither four distances nor several targets or sessions. "
           "What is named is not proven out of sample.");
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));

@@ -73,6 +73,7 @@ std::optional<Failure> Node::change(ParameterValues values) {
 bool Node::create(config::Diagnostics& diagnostics) {
   const std::optional<Failure> failure = instance_.create(values_.data());
   if (!failure || !failure->parameter.empty()) return tell(failure, diagnostics);
+  defect_ = true;
   diagnostics.error(at,
                     fmt::format("node '{}' ({}): the stage cannot be created: {}", name, stage().name, failure->text),
                     fmt::format("this is a bug in the plugin {}", stage().file.path.string()));
@@ -80,13 +81,14 @@ bool Node::create(config::Diagnostics& diagnostics) {
 }
 
 /// @returns true when nothing failed
-bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) const {
+bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) {
   if (!failure) return true;
   const config::Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
   const std::string which = failure->parameter.empty() ? "" : fmt::format(", parameter '{}'", failure->parameter);
   const auto parameter = std::ranges::find_if(
       stage().own_parameters, [&](const tofgraph_parameter& p) { return failure->parameter == p.name; });
   const bool known = failure->parameter.empty() || parameter != stage().own_parameters.end();
+  defect_ = defect_ || failure->defect || !known;
   std::string hint;
   if (!known) hint = fmt::format("the stage has no such parameter: a bug in the plugin {}", stage().file.path.string());
   const std::string text = values_.text_of(failure->parameter);
@@ -149,7 +151,7 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
 
 /// Nothing may be written over what is read meanwhile. Asked before the stage itself is, which would only say that the
 /// file exists.
-bool Node::outputs_avoid_inputs(config::Diagnostics& diagnostics) const {
+bool Node::outputs_avoid_inputs(config::Diagnostics& diagnostics) {
   bool right = true;
   for (std::size_t i = 0; i < stage().parameter_count; ++i) {
     const tofgraph_parameter& p = stage().own_parameters[i];

@@ -26,6 +26,9 @@ class Node {
   bool prepare(const std::vector<const Stream*>& inputs, const std::vector<std::string>& input_names,
                config::Diagnostics& diagnostics);
 
+  /// True if one of the mistakes is a bug in the plugin, not a value that it refuses.
+  bool has_defect() const { return defect_; }
+
   /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error
   /// what went wrong, a frame that is not as announced included.
   bool process(tofgraph_frame* const* frames, std::size_t count);
@@ -63,7 +66,7 @@ class Node {
   struct BorderStream;
 
   bool kind_is(std::string_view kind) const { return kind == stage().kind; }
-  bool tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) const;
+  bool tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics);
   bool bind(const Stream& stream, std::vector<const Channel*>& bound, config::Diagnostics& diagnostics) const;
   bool check_input(const Stream& stream, const tofgraph_port& port, const Channel& channel,
                    config::Diagnostics& diagnostics) const;
@@ -73,7 +76,7 @@ class Node {
   void announce_outputs(const std::vector<const Channel*>& bound);
   bool check_outputs(const Stream& input, const std::vector<const Channel*>& bound,
                      config::Diagnostics& diagnostics) const;
-  bool outputs_avoid_inputs(config::Diagnostics& diagnostics) const;
+  bool outputs_avoid_inputs(config::Diagnostics& diagnostics);
   bool choose_files(std::uint64_t frames, config::Diagnostics& diagnostics);
   std::vector<std::string> names_made() const;
   std::string without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const;
@@ -93,7 +96,7 @@ class Node {
   BufferRef rays_;                    ///< rays of the outgoing camera, if this node chose it
   BadPixels bad_pixels_;              ///< camera's, if this node is a source
   std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
-  bool overwrite_, validating_ = false;
+  bool overwrite_, validating_ = false, defect_ = false;
 };
 
 }  // namespace tofgraph::graph

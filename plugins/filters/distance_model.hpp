@@ -12,6 +12,7 @@
 
 namespace tofgraph {
 
+/// Filter that corrects `distance` by a model of its errors, to `depth`: what such filters have in common.
 struct DistanceModel : Filter {
   In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised non_linearity"}};
   Out<float> depth{

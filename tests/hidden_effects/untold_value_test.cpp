@@ -40,7 +40,7 @@ TEST(UntoldValue, IsWhyAnEffectThatFitsIsNotNamed) {
   const nlohmann::json report = report_of({"warm_up"}, 201013, "--without zero_offset", few).json;
   EXPECT_EQ(report.at("verdict"), "unknown");
   const std::string summary = report.at("summary");
-  EXPECT_NE(summary.find("warm_up fits, but these conditions do not tell its time_constant"), std::string::npos)
+  EXPECT_NE(summary.find("warm_up fits, but these conditions do not determine its time_constant"), std::string::npos)
       << summary;
   const auto& next = report.at("next").at(0);
   EXPECT_EQ(next.at("effects"), nlohmann::json::array({"warm_up"}));

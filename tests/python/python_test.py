@@ -119,7 +119,8 @@ class Frames(Folder):
 class Clouds(unittest.TestCase):
     def setUp(self):
         nodes = [{"stage": "simulator", "frames": 1, "distance": "1.2 m"}, {"stage": "four_phase_decoder"},
-                 {"stage": "optimized_bistatic"}, {"stage": "mask", "polygon": [0, 0, 99, 0, 99, 203, 0, 203]}, {"stage": "point_cloud"}]
+                 {"stage": "optimized_bistatic"}, {"stage": "mask", "polygon": [0, 0, 99, 0, 99, 203, 0, 203]},
+                 {"stage": "point_cloud"}]
         self.frame = next(iter(tg.Pipeline(nodes, "camcube2")))
 
     def test_have_the_valid_points(self):

@@ -36,11 +36,13 @@ TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
   const ModelFit differ = differences_alone(gains, {20 * step, 21 * step, 20 * step});
   EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 1).why, "");
   const ModelFit alike = differences_alone(gains, {20 * step, 20 * step, 20 * step});
-  EXPECT_EQ(identifiability_of(alike, 0, each_alone(alike), 1).why, "all of its sizes may as well be off");
+  EXPECT_EQ(identifiability_of(alike, 0, each_alone(alike), 1).why,
+            "none of its amplitudes differs significantly from zero");
   // The square is 0.67 / 0.01, and 7.81 are 95 % of three sizes: where the data scatter ten times as much it says
   // nothing.
   EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 8).why, "");
-  EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 9).why, "all of its sizes may as well be off");
+  EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 9).why,
+            "none of its amplitudes differs significantly from zero");
 }
 
 /// @param half of the shape's interval, in typical values
@@ -68,7 +70,8 @@ TEST_F(Rail, AShapeThatWentToItsLimitSaysNothing) {
   EXPECT_EQ(warm_up.free()[*there.nonlinear].name, "time_constant");
   EXPECT_EQ(identifiability_at(warm_up, "time_constant", 60, 2).why, "");
   EXPECT_EQ(identifiability_at(warm_up, "time_constant", 9, 0.1).why, "");
-  EXPECT_EQ(identifiability_at(warm_up, "time_constant", 9, 20).why, "these conditions do not tell its time_constant");
+  EXPECT_EQ(identifiability_at(warm_up, "time_constant", 9, 20).why,
+            "these conditions do not determine its time_constant");
   EXPECT_EQ(identifiability_at(effect("static_reflection"), "distance", 2e-3, 0.01).why, "");
   EXPECT_EQ(identifiability_at(effect("stray_light"), "uniform", 0, 2).why, "");
 }

@@ -119,7 +119,7 @@ TEST_F(SearchInTime, WhatWasSelectedWhenTimeEndsIsWritten) {
   using namespace std::chrono_literals;
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
   std::erase_if(candidates, [](const auto& c) { return c->name() != "wiggling" && c->name() != "crosstalk"; });
-  for (const std::string step : {"checking", "predicting what was put aside"}) {
+  for (const std::string step : {"checking", "predicting held-out conditions"}) {
     const auto end = Deadline::Clock::now() + 4s;
     SearchOptions options;
     options.deadline = Deadline(end);

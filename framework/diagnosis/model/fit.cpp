@@ -131,7 +131,7 @@ std::optional<ModelFit> line_search(const Problem& problem, const ModelFit& from
 /// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
 ModelFit descend(const Problem& problem, State start, bool effects, std::span<const Column> known = {},
                  double enough = settings.converged) {
-  require_enough(problem.data.size(), {});
+  require_enough(problem.data.size(), problem.left_out);
   const bool bends = !problem.light_seen();  // what reflectivities change is not the same everywhere
   const Linearisation given = start.linearisation;
   start.log_reflectivity.resize(problem.targets.size(), 0);

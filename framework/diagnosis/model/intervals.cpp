@@ -200,14 +200,14 @@ Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span
       from.push_back((one.values[k] - p.off) / p.typical);
       at.push_back(static_cast<Eigen::Index>(first + k));
     } else if (!p.is_angle() && width > settings.max_interval_width * std::abs(p.typical)) {
-      return {fmt::format("these conditions do not tell its {}", p.name), k};
+      return {fmt::format("these conditions do not determine its {}", p.name), k};
     } else if (std::string limit = limit_of(p, one.values[k]);
                !limit.empty() && width > settings.max_width_at_limit * std::abs(p.typical)) {
       return {std::move(limit), k, true};
     }
   }
   if (!off || !consistent_with_off(fit, from, at, lack_of_fit)) return {};
-  return {"all of its sizes may as well be off", std::nullopt};
+  return {"none of its amplitudes differs significantly from zero", std::nullopt};
 }
 
 namespace {

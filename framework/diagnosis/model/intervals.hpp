@@ -39,7 +39,7 @@ enum class ParameterStatus {
 
 /// @param variance of the fit, in squares of typical values; NaN: not known, as of maps
 ParameterStatus parameter_status(const FreeParameter& parameter, const Interval& interval, double variance);
-/// "determined", "consistent_with_zero" or "not_determined".
+/// The word of a gap report: "determined", "holds_zero" or "not_determined".
 std::string_view parameter_status_name(ParameterStatus status);
 
 /// A value in a lab's units, lengths in mm, times in ms, angles in deg, with two digits of its uncertainty:
@@ -49,9 +49,9 @@ std::string with_uncertainty(double value, const Interval& interval, std::string
 
 // ---- Identifiability of the values of an effect ----
 
-/// Why the values of a term say nothing.
+/// Reason for which the data do not determine the values of a term.
 struct Unidentified {
-  std::string why;                       ///< empty: they say something
+  std::string why;                       ///< empty: they do
   std::optional<std::size_t> nonlinear;  ///< of its parameters, that may be anything, or is at its limit
   bool at_limit = false;                 ///< it is the latter
 };

@@ -87,7 +87,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
 }
 
 Problem with_data(const Problem& problem, const std::vector<Observations>& data) {
-  return {problem.design, data, problem.targets, problem.target, problem.nuisances, problem.deadline};
+  return {problem.design, data, problem.targets, problem.target, problem.nuisances, problem.deadline, problem.left_out};
 }
 
 std::vector<double> first_log_reflectivity(const Problem& problem) {

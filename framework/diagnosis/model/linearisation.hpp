@@ -88,6 +88,8 @@ struct Problem {
   std::vector<int> target;                ///< of each condition, among those; -1: known
   Nuisances nuisances;
   const Deadline* deadline = nullptr;  ///< after it expected() throws TimeExpired; nullptr: none
+  /// Reasons for which conditions of the campaign are not among these, in words: for the error of a fit to too few.
+  std::vector<std::string> left_out = {};
 
   /// True if amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
   /// first target, which is unknown_reflectivity.

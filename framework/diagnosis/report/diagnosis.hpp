@@ -46,7 +46,7 @@ struct EffectResult {
   std::vector<ParameterResult> parameters;
   std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
   double held_out_before = 0, held_out_after = 0;  ///< gap of a fold, m: taken out of the model, and with it
-  double chosen = NAN;                             ///< share of the folds; NaN: nothing could be put aside
+  double chosen = NAN;                             ///< share of the folds; NaN: nothing could be held out
   double chosen_by_halves = NAN;                   ///< share of random halves of the data; NaN: not asked
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
@@ -60,7 +60,7 @@ struct EffectResult {
 /// Gap in one observable, SI.
 struct Gap {
   double before = 0, after = 0;
-  double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing put aside
+  double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing held out
   double noise_floor = 0;                                                               ///< NaN: not measured
   double scatter_left = 0;                                                              ///< beside it
   double noise_and_scatter = 0;                                                         ///< without any gap

@@ -156,7 +156,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
       folds.empty()
           ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
           : fmt::format(
-                "Held out: {} times some levels of a setting (a fold) were put aside, effects were chosen and "
+                "Held out: {} times some levels of a setting (a fold) were held out, effects were chosen and "
                 "fitted without them, and what came out had to predict them (cross-fitting). That holds for the "
                 "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
                 "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
@@ -233,7 +233,7 @@ void add_stability(report::Page& page, const ReportData& data) {
   for (const Stability& one : all) {
     for (const auto& [name, runs] : one.chosen) names.insert(name);
   }
-  Row header = {"put aside, each time", "held-out gap, simulated", "extended (95 %)"};
+  Row header = {"held out, each time", "held-out gap, simulated", "extended (95 %)"};
   header.insert(header.end(), names.begin(), names.end());
   std::vector<Row> rows;
   for (const Stability& one : all) {
@@ -248,7 +248,8 @@ void add_stability(report::Page& page, const ReportData& data) {
   page.heading("How often each effect is chosen");
   page.paragraph(
       "Effects were chosen again without each distance, without each target, and without random halves of the levels; "
-      "what was put aside was predicted without being seen. An effect that is chosen in few of these runs rests on "
+      "those that were held out were predicted without being seen. An effect that is chosen in few of these runs rests "
+      "on "
       "single levels. What an effect is tied with may be chosen in its place.");
   page.table(header, rows);
 }

@@ -258,8 +258,8 @@ void add_folds(report::Page& page, const ReportData& data) {
                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
   }
   if (rows.empty()) return;
-  page.folded_table("What was put aside, and how it was predicted",
-                    Row{"put aside", "where that lies", "conditions", "simulated", "extended", "chosen without it"},
+  page.folded_table("Held-out conditions, and how they were predicted",
+                    Row{"held out", "where that lies", "conditions", "simulated", "extended", "chosen without it"},
                     rows);
 }
 

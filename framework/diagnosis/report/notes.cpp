@@ -258,10 +258,11 @@ std::vector<std::string> notes_on_verification(const SearchResult& search, doubl
   const GapComparison& written = search.verified.held_out;
   if (const double chosen = search.cross_fit.gap(distance, "", 1).after;
       !search.cross_fit.empty() && is_gap_worse(chosen, written.model))
-    notes.push_back(fmt::format(
-        "The effects that are written, fitted without what was put aside, predict it with a distance gap of {:.2f} mm; "
-        "those that each fold chose for itself with {:.2f} mm.",
-        1e3 * written.model, 1e3 * chosen));
+    notes.push_back(
+        fmt::format("The effects that are written, fitted without the held-out conditions, predict these with a "
+                    "distance gap of {:.2f} mm; "
+                    "those that each fold chose for itself with {:.2f} mm.",
+                    1e3 * written.model, 1e3 * chosen));
   return notes;
 }
 

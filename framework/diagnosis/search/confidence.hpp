@@ -65,15 +65,15 @@ struct Stability {
   std::string put_aside;                      ///< each_distance, each_target, any_half
   std::size_t runs = 0;                       ///< those that gave a number
   std::map<std::string, std::size_t> chosen;  ///< runs that added an effect
-  CrossFit::Gap gap;                          ///< distance, of what was put aside, m
+  CrossFit::Gap gap;                          ///< distance, of held-out conditions, m
 
   /// Share of the runs that added one of these: an effect and what it is tied with.
   double chosen_share(std::span<const std::string> names) const;
 };
 
-/// Each distance put aside alone; each target; and random halves of the levels (Meinshausen and Buehlmann, Stability
+/// Each distance held out alone; each target; and random halves of the levels (Meinshausen and Buehlmann, Stability
 /// selection, 2010: halves without replacement vary as a bootstrap does, and no condition stands for a repetition of
-/// itself). What could not be put aside is left out.
+/// itself). What could not be held out is left out.
 /// @param halves how many of them
 std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
                                  const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,

@@ -120,7 +120,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
     const std::size_t end =
         std::min(folds.size(), done + (done < settings.folds_at_once ? settings.first_folds : settings.folds_at_once));
     if (options.progress)
-      options.progress(fmt::format("predicting what was put aside, {} of {}", done + 1, folds.size()));
+      options.progress(fmt::format("predicting held-out conditions, {} of {}", done + 1, folds.size()));
     tbb::parallel_for(done, end, [&](std::size_t f) {
       // Else a thread that waits within one would begin another one on top of it.
       tbb::this_task_arena::isolate(

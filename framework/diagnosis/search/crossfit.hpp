@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Proof out of sample: whole levels of a setting are put aside, effects are selected and fitted without them, and what
-/// comes out predicts them as it is. What is put aside is not there at all: a fold has a design and data of its own.
+/// Proof out of sample: whole levels of a setting are held out, effects are selected and fitted without them, and what
+/// comes out predicts them as it is. What is held out is not there at all: a fold has a design and data of its own.
 #pragma once
 
 #include "diagnosis/data/search_settings.hpp"
@@ -63,7 +63,7 @@ struct CrossFit {
   Depth depth_with_only(std::span<const std::string> names) const;
 };
 
-/// @param folds what to put aside @param data of the whole design
+/// @param folds what to hold out @param data of the whole design
 /// @param asked names of each effect that must prove itself, its own first, with all it stands for: when so many folds
 /// did without that none of them can, or predicted worse with them, the other folds are left out
 /// @param known results of the first folds, with the same data, model, candidates and options: not searched again

@@ -18,21 +18,20 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Why the distances refute what was found, or nothing. @param without, with gap out of fold, m @param what is taken
-/// out
+/// Reason for which the distances refute an effect, or nothing. @param without, with held-out gap, m
+/// @param what is taken out
 std::string gap_worsened(double without, double with, const char* what) {
   if (!is_gap_worse(without, with)) return "";
-  return fmt::format(
-      "the distance gap grows on conditions that were put aside (from {:.2f} mm without {} to {:.2f} mm)",
-      1e3 * without, what, 1e3 * with);
+  return fmt::format("the distance gap grows on held-out conditions (from {:.2f} mm without {} to {:.2f} mm)",
+                     1e3 * without, what, 1e3 * with);
 }
 
-/// Why an effect does not prove itself out of fold, or nothing.
+/// Reason for which held-out conditions do not confirm an effect, or nothing.
 std::string held_out_failure(const EffectFinding& found) {
   if (found.chosen < settings.min_chosen_fraction)
     return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
   if (!found.improvement.is_significant())
-    return fmt::format("the gap does not shrink on conditions that were put aside (chi-square {:.0f}, with it {:.0f})",
+    return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",
                        found.improvement.without, found.improvement.with);
   return gap_worsened(found.improvement.depth_without, found.improvement.depth_with, "it");
 }

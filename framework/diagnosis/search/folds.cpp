@@ -295,7 +295,9 @@ std::vector<Observations> picked(const std::vector<Observations>& all, const std
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
                          const std::vector<std::size_t>& chosen, const Deadline* deadline)
-    : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data, deadline)) {}
+    : design(whole.part(chosen)), data(picked(all, chosen)), problem(make_problem(design, data, deadline)) {
+  problem.left_out = {fmt::format("{} that are held out", all.size() - chosen.size())};
+}
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
                          const std::vector<std::size_t>& chosen, const FoldProblem& other)

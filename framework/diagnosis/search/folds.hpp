@@ -15,7 +15,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Conditions that are put aside together.
+/// Conditions that are held out together.
 struct Fold {
   std::string setting;            ///< distance, target, session, integration time; each_distance and so on
   std::string levels;             ///< "1.2 m, 2.4 m", "white"
@@ -23,7 +23,7 @@ struct Fold {
   bool extrapolates = false;      ///< beyond all levels that are left
 };
 
-/// Every condition is put aside once for each setting that has levels enough: distances in interleaved groups, with the
+/// Every condition is held out once for each setting that has levels enough: distances in interleaved groups, with the
 /// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
 /// session. None where too few conditions would be left.
 std::vector<Fold> folds_of(const Design& design);
@@ -58,9 +58,9 @@ struct FoldProblem {
   FoldProblem& operator=(const FoldProblem&) = delete;
 };
 
-// ---- Predictions of the conditions that a fold put aside, by models that were fitted without them ----
+// ---- Predictions of the conditions that a fold holds out, by models that were fitted without them ----
 
-/// A condition out of fold. Chi-squares are in the covariance of the model that was fitted without it.
+/// A held-out condition. Chi-squares are in the covariance of the model that was fitted without it.
 struct OutOfFold {
   std::size_t condition = 0;
   std::array<double, observables> before{}, after{};  ///< sums of squares over superpixels, of depth in m^2
@@ -101,7 +101,7 @@ class Prediction {
   RandomEffectSd random_sd_;
 };
 
-/// Conditions that a fold does not put aside, ascending.
+/// Conditions that a fold does not hold out, ascending.
 std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions);
 
 }  // namespace tofgraph::diagnosis

@@ -25,8 +25,8 @@ struct GapComparison {
 /// @param problem with what suits `model`
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model);
 
-/// On what the folds put aside: the effects of a model, fitted without it. Folds that chose these effects are taken as
-/// they are. @param known folds that were searched
+/// Held-out predictions of the folds: the effects of a model, fitted without it. Folds that chose these effects are
+/// taken as they are. @param known folds that were searched
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
                                const std::vector<Term>& given, const State& model);
 

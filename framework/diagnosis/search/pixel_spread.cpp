@@ -20,6 +20,22 @@ namespace {
 
 constexpr double gain_step = 2e-3;  ///< m, for the derivative of what the model measures
 
+struct Law {
+  std::string_view name, unit, sentence;
+  double scale;  ///< of the value in the sentence
+  double start;  ///< value at which a fit begins, in the unit
+};
+
+constexpr Law laws_of_spread[spread_laws] = {
+    {"pattern", "m", "a fixed pattern of {:.2g} mm", 1e3, 2e-3},
+    {"growing", "m/m", "a pattern that grows by {:.2g} mm per m of distance", 1e3, 1e-3},
+    {"inside", "counts/s", "crosstalk that differs from pixel to pixel by {:.3g} counts/s", 1, 100},
+    {"dark", "counts", "samples that differ from pixel to pixel by {:.2g} counts", 1, 0.5},
+    {"temporal_noise", "", "noise of the frames {:.2g} times that of the profile", 1, 2},
+};
+
+const Law& law_of(SpreadLaw law) { return laws_of_spread[static_cast<std::size_t>(law)]; }
+
 /// A problem without data: what a model expects of conditions is all that is asked of it.
 struct Expected {
   std::vector<Observations> data;
@@ -84,22 +100,8 @@ std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physi
 std::vector<std::string> notes_on_spread(const PixelSpread& spread) {
   std::vector<std::string> parts;
   for (const SpreadTerm& term : spread.terms) {
-    switch (term.law) {
-      case SpreadLaw::pattern:
-        parts.push_back(fmt::format("a fixed pattern of {:.2g} mm", term.value * 1e3));
-        break;
-      case SpreadLaw::growing:
-        parts.push_back(fmt::format("a pattern that grows by {:.2g} mm per m of distance", term.value * 1e3));
-        break;
-      case SpreadLaw::inside:
-        parts.push_back(fmt::format("crosstalk that differs from pixel to pixel by {:.3g} counts/s", term.value));
-        break;
-      case SpreadLaw::dark:
-        parts.push_back(fmt::format("samples that differ from pixel to pixel by {:.2g} counts", term.value));
-        break;
-      default:
-        parts.push_back(fmt::format("noise of the frames {:.2g} times that of the profile", term.value));
-    }
+    const Law& law = law_of(term.law);
+    parts.push_back(fmt::format(fmt::runtime(law.sentence), term.value * law.scale));
   }
   std::vector<std::string> notes = {fmt::format(
       "{} standard deviations over the pixels of boards are explained by {}: {:.0f} % of them within 25 %{}.",
@@ -123,8 +125,6 @@ constexpr double row_sd = 0.15;      ///< of the logarithm of a printed standard
 constexpr double light_sd = 1;       ///< of the logarithm of a target's light: a factor e
 constexpr double near_share = 0.25;  ///< what counts as explained
 
-constexpr double start_value[spread_laws] = {2e-3, 1e-3, 100, 0.5, 2};
-
 /// Standard deviation of normal values of which those beyond a reach are left out.
 double within_reach(double sd, double reach) {
   if (std::isnan(reach)) return sd;
@@ -137,7 +137,7 @@ double within_reach(double sd, double reach) {
 
 /// Standard deviation that a law alone makes at its start value, m.
 double size_of(SpreadLaw law, const SpreadRow& row, double amplitude, const SpreadNoise& noise) {
-  const double unit = start_value[static_cast<std::size_t>(law)], scale = noise.metres_per_radian / amplitude;
+  const double unit = law_of(law).start, scale = noise.metres_per_radian / amplitude;
   switch (law) {
     case SpreadLaw::pattern:
       return unit;
@@ -167,17 +167,17 @@ class SpreadFit {
     values_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(laws_.size() + lights));
     values_.head(static_cast<Eigen::Index>(laws_.size())).setOnes();
     ceres::TinySolver<SpreadFit> solver;
-    solver.options.max_num_iterations = 200;
-    solver.options.function_tolerance = 1e-9;
-    Eigen::VectorXd values = values_;
-    solver.Solve(*this, &values);
-    values_ = values;
+    solver.options.initial_trust_region_radius = 1e2;
+    solver.options.max_num_iterations = 1000;  // with rejected steps
+    // A change of the squares, not a share of them: at the best fit they are about as many as the residuals.
+    solver.options.function_tolerance = 1e-9 * NumResiduals();
+    solver.Solve(*this, &values_);
   }
 
   // As the solver takes a function.
   using Scalar = double;
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
-  int NumResiduals() const { return static_cast<int>(residuals(values_).size()); }
+  int NumResiduals() const { return static_cast<int>(std::ssize(rows_) + values_.size() - std::ssize(laws_)); }
   int NumParameters() const { return static_cast<int>(values_.size()); }
   bool operator()(const double* values, double* residual, double* jacobian) const {
     constexpr double step = 1e-6;
@@ -205,8 +205,7 @@ class SpreadFit {
   std::vector<SpreadTerm> terms() const {
     std::vector<SpreadTerm> result;
     for (std::size_t k = 0; k < laws_.size(); ++k)
-      result.push_back({laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) *
-                                      start_value[static_cast<std::size_t>(laws_[k])]});
+      result.push_back({laws_[k], std::abs(values_[static_cast<Eigen::Index>(k)]) * law_of(laws_[k]).start});
     return result;
   }
   std::map<std::string, double> light() const {
@@ -343,14 +342,8 @@ std::optional<PixelSpread> fit_spread(std::span<const SpreadRow> rows, const Spr
   return result;
 }
 
-std::string_view spread_law_name(SpreadLaw law) {
-  static constexpr std::string_view names[spread_laws] = {"pattern", "growing", "inside", "dark", "temporal_noise"};
-  return names[static_cast<std::size_t>(law)];
-}
+std::string_view spread_law_name(SpreadLaw law) { return law_of(law).name; }
 
-std::string_view spread_law_unit(SpreadLaw law) {
-  static constexpr std::string_view units[spread_laws] = {"m", "m/m", "counts/s", "counts", ""};
-  return units[static_cast<std::size_t>(law)];
-}
+std::string_view spread_law_unit(SpreadLaw law) { return law_of(law).unit; }
 
 }  // namespace tofgraph::diagnosis

@@ -55,7 +55,7 @@ struct PixelSpread {
   std::size_t rows = 0;
   std::vector<SpreadTerm> terms;
   std::map<std::string, double> light;  ///< factor on each target's amplitude; 1 of the first, to which laws refer
-  double rms = 0, held_out_rms = io::unknown;  ///< of ln(measured / fitted); the latter with each distance put aside
+  double rms = 0, held_out_rms = io::unknown;  ///< of ln(measured / fitted); the latter with each distance held out
   double within = 0, held_out_within = io::unknown;  ///< share of rows within 25 % of the fit
   std::optional<SpreadResidual> residual;            ///< the largest that is significant
 };

@@ -129,7 +129,7 @@ class Search {
     }
   }
 
-  /// Why the best model must not be written, or nothing.
+  /// Reason for which the best model must not be written, or nothing.
   std::string why_worse() {
     if (selection_.terms().empty()) return "";
     result_.verified =

@@ -16,26 +16,6 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// The change by one step of a parameter, and where the effect cannot do that by one to the other side.
-Column change(const Problem& problem, const State& state, const Rows& rows, const Probe& probe, std::size_t parameter,
-              double step) {
-  std::vector<double> values = probe.values;
-  Column column;
-  double sign = 1;
-  values[parameter] += step;
-  try {
-    column = expected(problem, probe.placed(state, values));
-  } catch (const simulation::EffectError&) {
-    sign = -1;
-    values[parameter] -= 2 * step;
-    column = expected(problem, probe.placed(state, values));
-  }
-  for (std::size_t i = 0; i < column.size(); ++i) {
-    for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = sign * (column[i][row] - rows[i][row]);
-  }
-  return column;
-}
-
 /// A probe and its group for each of the shapes at which a candidate is scored.
 void probe(const Problem& problem, const State& state, const Rows& rows, const Candidate& candidate,
            NonlinearRange range, Probes& probes) {
@@ -53,7 +33,9 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
     Group group{candidate.name(), {}};
     try {
       for (std::size_t c = 0; c < one.amplitudes.size(); ++c)
-        group.columns.push_back(change(problem, state, rows, one, one.amplitudes[c], one.steps[c]));
+        group.columns.push_back(
+            change_by_step(problem, rows, one.values, one.amplitudes[c], one.steps[c],
+                           [&](std::span<const double> moved) { return one.placed(state, moved); }));
     } catch (const simulation::EffectError&) {
       if (std::exchange(first, false)) throw;  // at its usual shapes it has to give numbers
       continue;
@@ -65,6 +47,24 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
 }
 
 }  // namespace
+
+Column change_by_step(const Problem& problem, const Rows& rows, std::vector<double> values, std::size_t parameter,
+                      double step, const std::function<State(std::span<const double>)>& placed) {
+  Column column;
+  double sign = 1;
+  values[parameter] += step;
+  try {
+    column = expected(problem, placed(values));
+  } catch (const simulation::EffectError&) {
+    sign = -1;
+    values[parameter] -= 2 * step;
+    column = expected(problem, placed(values));
+  }
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    for (std::size_t row = 0; row < column[i].size(); ++row) column[i][row] = sign * (column[i][row] - rows[i][row]);
+  }
+  return column;
+}
 
 State Probe::placed(State state, std::span<const double> chosen) const {
   state.terms.push_back({candidate, {chosen.begin(), chosen.end()}});

@@ -5,6 +5,7 @@
 
 #include "diagnosis/model/scan.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -36,6 +37,12 @@ struct Probes {
 /// @param state what the changes are made to; candidates that are in it are left out
 Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
                  NonlinearRange range = NonlinearRange::any);
+
+/// Change of the rows by one step of a parameter, and where the effect cannot do that by one to the other side.
+/// @param rows without the step @param placed makes the state with some values of the parameters
+/// @throws simulation::EffectError it can do neither
+Column change_by_step(const Problem& problem, const Rows& rows, std::vector<double> values, std::size_t parameter,
+                      double step, const std::function<State(std::span<const double>)>& placed);
 
 /// True if a state has an effect of this name.
 bool is_in(const State& state, const Candidate& candidate);

@@ -33,7 +33,7 @@ Effect::Effect(const graph::Plugin& plugin, const tofgraph_value* values, const 
       host_(host != nullptr ? std::move(host) : standard_host()),
       instance_(plugin, plugin.name, *host_) {
   const auto check = [&](const std::optional<graph::Failure>& failure) {
-    if (failure) throw EffectError(name(), failure->parameter, failure->message(plugin));
+    if (failure) throw EffectError(name(), failure->parameter, failure->message(plugin), failure->defect);
   };
   check(instance_.create(values));
   tofgraph_stream stream{};
@@ -57,7 +57,7 @@ void Effect::apply(tofgraph_light_state& state) const {
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
   const graph::Failure thrown = std::exchange(failure, {});
   throw EffectError(name(), thrown.parameter,
-                    thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()));
+                    thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()), thrown.defect);
 }
 
 }  // namespace tofgraph::simulation

@@ -17,11 +17,14 @@ namespace tofgraph::simulation {
 /// Failure of an effect; what() names the effect.
 class EffectError : public std::runtime_error {
  public:
-  EffectError(const std::string& effect_name, std::string parameter_name, const std::string& text)
+  EffectError(const std::string& effect_name, std::string parameter_name, const std::string& text,
+              bool is_defect = false)
       : std::runtime_error("effect " + effect_name + ": " + text),
         effect(effect_name),
-        parameter(std::move(parameter_name)) {}
+        parameter(std::move(parameter_name)),
+        defect(is_defect) {}
   std::string effect, parameter;
+  bool defect;  ///< see graph::Failure
 };
 
 /// Immutable: may be applied from several threads.

@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 namespace {
 
@@ -123,8 +124,8 @@ void write_column(const File& file, const Column& column, const std::string& eff
   names.steps.push_back(parameter.step());
 }
 
-/// Changes by the refinements of an effect, each beside the effect with that off. Those that give no number are left
-/// out.
+/// Changes by the refinements of an effect, each beside the effect with that off. A start at which one of them gives no
+/// number is left out as a whole.
 void write_refinements(const File& file, const Problem& problem, const State& state, const Candidate& candidate,
                        std::size_t& start, Names& names) {
   if (candidate.refinements().empty()) return;
@@ -135,17 +136,18 @@ void write_refinements(const File& file, const Problem& problem, const State& st
   for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
     const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
     for (const std::vector<double>& values : probes_of(parameters)) {
-      for (std::size_t k = 0; k < parameters.size(); ++k) {
-        if (parameters[k].nonlinear) continue;
-        std::vector<double> moved = values;
-        moved[k] += parameters[k].step();
-        with.terms.back() = refined(off, r, moved);
-        try {
-          write_column(file, difference(expected(problem, with), rows), candidate.name(), parameters[k], start, names);
-        } catch (const simulation::EffectError&) {
-          continue;
-        }
+      std::vector<std::pair<std::size_t, Column>> columns;
+      try {
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+          if (!parameters[k].nonlinear)
+            columns.emplace_back(k, change_by_step(problem, rows, values, k, parameters[k].step(), [&](auto moved) {
+                                   with.terms.back() = refined(off, r, moved);
+                                   return with;
+                                 }));
+      } catch (const simulation::EffectError&) {
+        continue;
       }
+      for (const auto& [k, column] : columns) write_column(file, column, candidate.name(), parameters[k], start, names);
       ++start;
     }
   }
