@@ -16,7 +16,7 @@ FrameQueue::FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& qu
 }
 
 /// Looks again now and then: a flow that has been cancelled wakes nobody.
-void FrameQueue::wait(std::unique_lock<std::mutex>& lock, const std::function<bool()>& ready) {
+template <class Ready> void FrameQueue::wait(std::unique_lock<std::mutex>& lock, const Ready& ready) {
   while (!changed_.wait_for(lock, std::chrono::milliseconds(200), ready)) {
   }
 }

@@ -51,7 +51,7 @@ class FrameQueue {
 
  private:
   FrameSlot* next();
-  void wait(std::unique_lock<std::mutex>& lock, const std::function<bool()>& ready);
+  template <class Ready> void wait(std::unique_lock<std::mutex>& lock, const Ready& ready);
 
   const std::size_t in_flight_limit_;
   const Queue queue_;
