@@ -38,7 +38,7 @@ constexpr Check table[] = {
     {"threads", "Works on several frames at the same time when it says so", readers, 5, 60, runs_on_threads},
     {"steady", "Asks for no memory after its first frames when it says so", stages, 4, 60, is_steady},
     {"growth", "Keeps no more memory with every frame", stages, 5, 60, keeps_its_memory},
-    {"time", "Takes at most 1000 times as long for a frame as the median of its kind", filters, 9, 90, is_quick},
+    {"time", "Takes at most 1000 times as long for a frame as the median of its kind, or 0.1 s", filters, 9, 90, is_quick},
     {"off", "Changes no bit when all its sizes are off", "effect", 1, 30, is_off},
     {"finite", "Leaves finite light finite everywhere within its bounds", "effect", 2, 60, stays_finite},
     {"smooth", "Changes the light smoothly: differences over a hundredth and a thousandth of a size agree", "effect", 4,
