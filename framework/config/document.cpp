@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t max_values = 1'000'000;  // an alias inside an alias can stand for any number of values
 constexpr const char* too_many_values = "more than a million values";
 
-/// What a message of yaml-cpp, by its beginning, means to someone who wrote a file.
+/// Explanation of a message of yaml-cpp, found by its beginning, for the author of the file.
 std::string yaml_problem(const std::string& message) {
   namespace words = YAML::ErrorMsg;
   static const std::pair<std::string_view, const char*> meanings[] = {

@@ -24,7 +24,7 @@ std::atomic<bool> bar_stands = false;
 std::mutex one_silence;                         // one SilentLibraries at a time
 std::mutex redirection;                         // no message is written while standard error changes
 std::atomic<int> seen_by_user = STDERR_FILENO;  // what the user reads
-std::atomic<int> duplicate = -1;                // of standard error; stays open, so that nobody writes to another file
+std::atomic<int> duplicate = -1;                // of standard error; stays open, so that its number is not reused
 
 /// Returns whether standard error is a terminal with colours that are not disabled (https://no-color.org).
 bool colours_wanted() {
@@ -66,7 +66,7 @@ void print_message(const std::string& text) {
   for (std::string_view left = line; !left.empty();) {
     const ssize_t written = ::write(standard_error(), left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;  // where nobody can be told, nobody is
+    if (written <= 0) return;  // standard error is closed: there is no other way to report it
     left.remove_prefix(static_cast<std::size_t>(written));
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The words of what was thrown, for threads that have nobody to throw to.
+/// @file Description of an exception, for threads that cannot pass it on.
 #pragma once
 
 #include <exception>
@@ -11,7 +11,7 @@ namespace tofgraph::config {
 
 inline constexpr const char* no_memory = "out of memory";  ///< so short that a std::string of it needs no memory
 
-/// In a catch clause: what was thrown, in words. Memory may be what is missing.
+/// Description of the exception in a catch clause. Works without memory.
 inline std::string what_was_thrown() noexcept {
   try {
     try {

@@ -15,7 +15,7 @@ FrameQueue::FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& qu
   }
 }
 
-/// Looks again now and then: a flow that has been cancelled wakes nobody.
+/// Checks again every 200 ms, because a cancelled flow notifies no one.
 template <class Ready> void FrameQueue::wait(std::unique_lock<std::mutex>& lock, const Ready& ready) {
   while (!changed_.wait_for(lock, std::chrono::milliseconds(200), ready)) {
   }

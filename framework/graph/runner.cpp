@@ -321,7 +321,7 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   if (last_reader_[index] == 0) frame.clear();
 }
 
-/// Ends the run. Neither the source's thread nor a task has anybody to throw to.
+/// Ends the run. Called where an exception must not escape: in the source's thread and in tasks.
 void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) noexcept {
   failed_[node] = true;
   const Node& where = *graph_.nodes()[node];

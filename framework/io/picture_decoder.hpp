@@ -29,34 +29,35 @@ inline void refuse_filled_up(const config::SilentLibraries& libraries) {
   }
 }
 
-/// The pages of a picture, as they are stored. A file that ends too early is check_picture's to find.
-/// @returns at least one page, none empty @throws std::runtime_error `undecodable`, or what refuse_filled_up() throws
-inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
+/// Pictures that OpenCV's decoders make without a word. @param decode returns std::vector<cv::Mat>
+/// @returns at least one, none empty @throws std::runtime_error `undecodable`, or as refuse_filled_up()
+template <class Decode> std::vector<cv::Mat> decoded_silently(const Decode& decode) {
   const config::SilentLibraries silent;
-  std::vector<cv::Mat> pages;
+  std::vector<cv::Mat> pictures;
   try {
-    if (!cv::imreadmulti(file.string(), pages, cv::IMREAD_UNCHANGED) || pages.empty())
-      pages = {cv::imread(file.string(), cv::IMREAD_UNCHANGED)};
+    pictures = decode();
   } catch (const cv::Exception&) {
-    pages.clear();
+    pictures.clear();
   }
-  if (pages.empty() || std::ranges::any_of(pages, &cv::Mat::empty)) throw std::runtime_error(undecodable);
+  if (pictures.empty() || std::ranges::any_of(pictures, &cv::Mat::empty)) throw std::runtime_error(undecodable);
   refuse_filled_up(silent);
-  return pages;
+  return pictures;
 }
 
-/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error as decode_pages
+/// The pages of a picture, as they are stored. A file that ends too early is check_picture's to find.
+/// @returns at least one page, none empty @throws std::runtime_error as decoded_silently()
+inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
+  return decoded_silently([&] {
+    std::vector<cv::Mat> pages;
+    if (!cv::imreadmulti(file.string(), pages, cv::IMREAD_UNCHANGED) || pages.empty())
+      pages = {cv::imread(file.string(), cv::IMREAD_UNCHANGED)};
+    return pages;
+  });
+}
+
+/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error as decoded_silently()
 inline cv::Mat decode_picture(const std::filesystem::path& file, int modes) {
-  const config::SilentLibraries silent;
-  cv::Mat picture;
-  try {
-    picture = cv::imread(file.string(), modes);
-  } catch (const cv::Exception&) {
-    picture.release();
-  }
-  if (picture.empty()) throw std::runtime_error(undecodable);
-  refuse_filled_up(silent);
-  return picture;
+  return decoded_silently([&] { return std::vector<cv::Mat>{cv::imread(file.string(), modes)}; }).front();
 }
 
 }  // namespace tofgraph::io

@@ -60,7 +60,7 @@ const Case cases[] = {
     {"effect", "mixes_lights", "same", "it gives other light for the same light"},
 };
 
-/// What is broken otherwise.
+/// Plugins with other defects.
 const Case broken[] = {
     {"filter", "no_symbol", "descriptor", "has no symbol 'tofgraph_plugin'", "broken"},
     {"filter", "no_descriptor", "descriptor", "returned no descriptor", "broken"},

@@ -143,7 +143,7 @@ TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
   EXPECT_LT(ages.back(), 5);
 }
 
-/// Of the recorder, of capture_writer, and of a recorder that was killed.
+/// Recordings made by `record`, by capture_writer, and by a recorder that was killed.
 TEST_F(Record, ACutRecordingIsRepairedAndItsLossIsTold) {
   ASSERT_EQ(run(record + "-o recorded.h5 --frames 20 --set capture.compression=1").exit_code, 0);
   ASSERT_EQ(

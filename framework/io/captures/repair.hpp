@@ -14,7 +14,7 @@ struct Repaired {
   std::size_t missing = 0;       ///< numbers that the frames' counter left out
   bool cut = false;              ///< the file is shorter than HDF5 left it; of another one the following are 0
   std::size_t lost = 0;          ///< frames that the file announces beyond the place where it was cut off
-  std::size_t without_time = 0;  ///< frames whose times and temperatures were lost, or never recorded
+  std::size_t without_time = 0;  ///< frames whose time stamp was lost, or never recorded
 };
 
 /// Copies every complete frame of a recording that was cut off into a capture, which appears whole or not at all and is

@@ -109,7 +109,7 @@ void write_conditions(const File& file, const Problem& problem, std::uint64_t se
   file.write("conditions/order", order, {n});
 }
 
-/// What is written of a column: columns of one start are tried together, at one value of the effect's shapes.
+/// Labels of the columns. Columns of one start are tried together, at one value of the effect's shapes.
 struct Names {
   std::vector<std::string> effects, parameters;
   std::vector<double> starts, steps;  ///< the latter SI, what a column is for
