@@ -125,7 +125,7 @@ void CrossApproximation::find_factors(const std::vector<double>& first) {
 }
 
 /// Finds ambiguous nodes: if effects increase for weak light, a measured distance can belong to a near surface as well
-/// to one at the end of the range.
+/// as to one at the end of the range.
 void CrossApproximation::find_doubtful(const std::vector<double>& first) {
   std::vector<Nodes::Place> places;
   const std::size_t n = shape_.distances, quarter = n / 4;
