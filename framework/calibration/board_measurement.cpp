@@ -82,8 +82,8 @@ struct BoardModel::Places {
 
 namespace {
 
-/// m. Inferred: the reference's tables exclude pixels that deviate more from the median depth of the board. Where the
-/// measured standard deviation exceeds 12 mm, that of the corrected depth stays below 11.5 mm, the value of a uniform
+/// Limit of a pixel's deviation from the median depth in the reference's tables, m. Inferred: where the measured
+/// standard deviation exceeds 12 mm, that of the corrected depth stays below 11.5 mm, the value of a uniform
 /// distribution 40 mm wide, and the mean of Ms.D + O.M differs from that of O.C.D.
 constexpr double printed_reach = 20e-3;
 

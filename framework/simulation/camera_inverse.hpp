@@ -15,7 +15,7 @@
 
 namespace tofgraph::simulation {
 
-/// Surfaces seen by pixels, one per pixel, perpendicular to the line of sight. Arrays of the same length.
+/// Surfaces seen by pixels, one per entry, perpendicular to the optical axis. Arrays of the same length.
 struct Views {
   std::vector<std::uint32_t> pixel;
   std::vector<double> return_path;   ///< m, surface to lens centre

@@ -53,8 +53,8 @@ class CaptureReader {
   CaptureReader(const CaptureReader&) = delete;
   CaptureReader& operator=(const CaptureReader&) = delete;
 
-  /// Probes a file in a separate process: reads the first and last frame of each channel under resource limits that
-  /// remain in effect for this process. @throws std::exception the problem
+  /// Test of a file, to be run in a separate process: reads the first and last frame of each channel under resource
+  /// limits that remain in effect for the process. @throws std::exception the problem
   /// @param end as in the constructor; default: the file is not truncated
   static void read_on_trial(const std::filesystem::path& file, std::uint64_t end = not_cut);
 

@@ -14,7 +14,7 @@ namespace tofgraph::io {
 /// Reads a dataset height x width and its optional attribute `unit`. @param dataset empty: the only one, or `map`
 /// @throws std::runtime_error naming what is missing or damaged
 ImageData read_pixel_map(const std::string& file, const std::string& dataset);
-/// Probes a map in a separate process, under resource limits that remain in effect for this process.
+/// Test of a map, to be run in a separate process, under resource limits that remain in effect for the process.
 void read_pixel_map_on_trial(const std::string& file, const std::string& dataset);
 
 /// Map to be written to a file.

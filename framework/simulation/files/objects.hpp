@@ -51,7 +51,7 @@ struct Chessboard {
 struct Card {
   Target target;
   double width = 0, height = 0;  ///< m
-  std::filesystem::path image;   ///< factor of the reflectivity, linear; empty: uniform
+  std::filesystem::path image;   ///< image with linear factors of the reflectivity; empty: uniform
   bool bilinear = true;          ///< interpolated between the image's pixels; otherwise nearest neighbour
 };
 

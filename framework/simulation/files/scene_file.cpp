@@ -119,7 +119,7 @@ void read_objects(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics
   for (const Value& item : entry->value.items) {
     const std::size_t before = diagnostics.errors();
     const Object object = read_object(item, diagnostics);
-    if (object.name.empty() && diagnostics.errors() != before) continue;  // it has no type
+    if (object.name.empty() && diagnostics.errors() != before) continue;  // reading failed before the name
     scene.objects.push_back(name_of(object, item.find("name") != nullptr, scene.objects, diagnostics));
   }
 }
