@@ -13,7 +13,7 @@
 
 namespace tofgraph::calibration {
 
-inline constexpr double slope_origin = 2;  ///< m: distance at which the slope of the effect fixed_pattern is zero
+inline constexpr double slope_origin = 2;  ///< m: origin of the slope term of the effect fixed_pattern
 
 /// Deviation of one condition from the model of its flat board, per pixel; NaN: the pixel was not used.
 struct PatternView {

@@ -12,7 +12,7 @@
 namespace tofgraph::calibration {
 
 /// Completes a condition from the capture: integration time, time since power-on.
-/// @throws std::runtime_error for several or unknown integration times, or a foreign modulation frequency
+/// @throws std::runtime_error for several or unknown integration times, or a modulation frequency unlike the camera's
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera);
 
 /// First and last frame of a condition in its recording. @param camera expected camera

@@ -86,7 +86,7 @@ void run_trial_once(const std::filesystem::path& file, std::vector<std::string> 
 }
 
 void try_ahead(const std::vector<std::filesystem::path>& files) {
-  std::map<Version, std::filesystem::path> untried;  // keyed by content, so that each file is tried once
+  std::map<Version, std::filesystem::path> untried;  // by file identity, so that each file is tried once
   for (const std::filesystem::path& file : files) {
     std::error_code error;
     const std::optional<Version> version = version_of(file);

@@ -32,8 +32,8 @@ constexpr std::int64_t max_side = 16384;  // px
 constexpr std::size_t max_datasets = 256;
 
 // Resource limits for opening a capture.
-constexpr std::size_t trial_memory = 128U << 20U;  // bytes, in addition
-constexpr std::size_t max_chunk = 512U << 20U;     // bytes; the limit grows with the file size up to this
+constexpr std::size_t trial_memory = 128U << 20U;  // bytes; twice the file size is added
+constexpr std::size_t max_chunk = 512U << 20U;     // bytes; maximum of the file size in this sum
 constexpr unsigned trial_seconds = 10;             // of CPU time
 
 /// Channels of which a capture needs at least one.

@@ -32,7 +32,7 @@ class DiskSpace {
   bool supported_ = true;  ///< by the file system
 };
 
-/// Redirects HDF5's descriptor of a file to nowhere: after a failure, pending writes of HDF5 are discarded and the file
+/// Redirects HDF5's descriptor of a file after a failure, so that pending writes of HDF5 are discarded and the file
 /// stays as of its last flush. @param descriptor of the file, from HDF5's driver
 void divert(int descriptor) noexcept;
 
