@@ -41,7 +41,7 @@ struct LensViews {
 /// Lens of a camera's profile, px; without thin prism.
 LensParameters lens_of(const tofgraph_camera& camera);
 
-/// Reads all conditions and detects the pattern, on all threads. Identical views are merged.
+/// Reads all conditions and detects the pattern, on all threads. Repeated views are merged.
 /// @throws config::ConfigurationError for unreadable captures, two serial numbers or cameras, too few views with the
 /// pattern
 LensViews read_lens_views(const io::Campaign& campaign, const std::function<void(double share)>& progress);

@@ -19,7 +19,7 @@ namespace tofgraph::calibration {
 
 /// Errors of the depth over some pixels, m. NaN: unknown.
 struct DepthErrors {
-  double bias = io::unknown;      ///< mean error over pixels and frames
+  double bias = io::unknown;      ///< mean over the pixels of the mean error over the frames
   double flatness = io::unknown;  ///< standard deviation over the pixels of their mean error, corrected for noise
   double noise = io::unknown;     ///< root mean square over the pixels of the standard deviation between frames
   double rms = io::unknown;       ///< root mean square error of a pixel in one frame

@@ -26,7 +26,7 @@ struct Exposure {
   double modulation_frequency = std::numeric_limits<double>::quiet_NaN();  ///< Hz
 };
 
-/// Light of all sources from the ray's point at D_ref on a surface of this reflectivity, with the reference signal:
+/// Light of all sources from the ray's point at D_ref on a surface of this reflectivity, in the reference light model:
 /// every source contributes its weight's fraction of G rho t_int / D_t^2, D_t = mean path + D_ref + D_sen (5.92),
 /// without angle dependence; the phasors are summed, Psi_i = (w/c)(D_i + D_ref + D_sen), equations (5.9)-(5.13).
 inline Light reference_light(const Geometry& geometry, Vector3 ray, double return_path, double reflectivity,

@@ -55,7 +55,7 @@ struct CorrectionTables : std::enable_shared_from_this<CorrectionTables> {
   /// First and last time since power-on, s, and temperature, K. Order of the corners: at the first temperature the
   /// first and, if different, the last time; then the same at the last temperature, if different.
   std::array<std::array<double, 2>, 2> ends{};
-  std::array<double, 2> steps{};  ///< number of steps from one end to the other, each with an error below 2 um
+  std::array<double, 2> steps{};  ///< number of steps from one end to the other, each changes distances by 2 um at most
 
   bool covers(const FrameSettings& settings) const;
   /// Nodes for settings that are covered. Thread-safe.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Evaluation of one exposure sequence. For forward_model.cpp and evaluation*.cpp only.
+/// @file Evaluation of one acquisition. For forward_model.cpp and evaluation*.cpp only.
 #pragma once
 
 #include "simulation/forward_model.hpp"

@@ -30,7 +30,7 @@ class EffectError : public std::runtime_error {
 /// Immutable effect; may be applied from several threads.
 class Effect {
  public:
-  /// @param values in the order of the descriptor's parameters; copied
+  /// @param values in the order of the descriptor's parameters; not referenced after construction
   /// @param keeps owner of the images in the values, kept alive by the effect
   /// @param host receiver of messages; default: standard error
   /// @throws EffectError
