@@ -26,7 +26,7 @@ std::string names_of(const Stream& stream) {
   return names.empty() ? "nothing" : joined(names, ", ");
 }
 
-/// "4 x 2 x 132 x 176": a port's shape with the sizes that are known.
+/// "4 x 2 x 132 x 176": a port's shape with the known sizes.
 std::string shape_text(const tofgraph_port& port, const Stream& stream) {
   std::string text;
   for (const std::string& word : split_words(port.shape)) {
