@@ -16,8 +16,8 @@ namespace {
 
 const pid_t program = getpid();
 
-/// Ends the program with a message and the code for a failure. A child process that has yet to become another program
-/// leaves as it asked to.
+/// Ends the program with a message and the exit code for a failure. A forked child that has not yet called exec exits
+/// with the requested code.
 [[noreturn]] void end(const char* call, int code) {
   const bool child = getpid() != program;
   if (!child) tofgraph::graph::tell_ending(call, code);

@@ -49,5 +49,5 @@ int main(int argc, char** argv) {
   } catch (const std::exception& problem) {
     std::fputs(problem.what(), stdout);
   }
-  _exit(std::fflush(stdout) == 0 ? 0 : 1);  // nothing is left to be done
+  _exit(std::fflush(stdout) == 0 ? 0 : 1);  // skips destructors
 }

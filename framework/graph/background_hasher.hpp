@@ -9,8 +9,7 @@
 
 namespace tofgraph::graph {
 
-/// Hashes the input files in the background, for the stages that write a provenance at the end of the
-/// run.
+/// Hashes the input files in the background, for the stages that write a provenance at the end of the run.
 class BackgroundHasher {
  public:
   explicit BackgroundHasher(Graph& graph)

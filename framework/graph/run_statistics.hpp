@@ -46,9 +46,8 @@ struct RunResult {
   std::vector<NodeStatistics> nodes;
 };
 
-/// Returns the statistics of a run. An edge's capacity is the number of frames that can wait on it: that of the
-/// queue at the source's output, elsewhere that of frames in flight. A dropped frame is counted on the source's
-/// first edge.
+/// Returns the statistics of a run. An edge's capacity is the number of frames that can wait on it: at the source's
+/// output that of the queue, elsewhere that of frames in flight. A dropped frame is counted on the source's first edge.
 nlohmann::json statistics_json(const Graph& graph, const RunResult& result);
 
 }  // namespace tofgraph::graph

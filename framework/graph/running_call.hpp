@@ -26,8 +26,7 @@ class RunningCall {
   void* slot_;
 };
 
-/// Installs a handler that reports the node, frame and plugin of a crash before the program ends as
-/// usual.
+/// Installs a handler that reports the node, frame and plugin of a crash before the program ends as usual.
 void install_crash_handler();
 
 /// Writes that a library is about to end the program, and which node, frame and plugin was running: on this thread,

@@ -15,7 +15,7 @@ namespace {
 class MpiRanks final : public config::Ranks {
  public:
   MpiRanks() {
-    // Threads of one rank compute; its main thread alone calls MPI.
+    // All threads of a rank compute; only its main thread calls MPI.
     int level = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
