@@ -189,7 +189,7 @@ void refuse_other_kind(const Value& document, std::string_view kind) {
 void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics) {
   refuse_other_kind(document, kind);
   const Entry* entry = document.find(kind);
-  if (entry == nullptr) {  // whatever else it is, its keys are not to be judged as those of this kind
+  if (entry == nullptr) {  // unknown kind: its keys cannot be judged
     Diagnostics other;
     other.error(document.at, fmt::format("this is not a {}: its first line must be '{}: {}'", kind, kind, newest));
     throw ConfigurationError(other);
