@@ -4,7 +4,7 @@
 import {FRAME, RAYS, frameOf, parse, raysOf} from './decode.js';
 
 export class Session {
-  /// @param on hello, frame, rays, state, answer, end, status: what to do with what comes
+  /// @param on handlers by message: hello, frame, rays, state, answer, end, status
   constructor(on) {
     this.on = on;
     this.rays = {};
