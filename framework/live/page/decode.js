@@ -73,7 +73,7 @@ export function pointsOf(channels, rays, info) {
   return points;
 }
 
-/// Channel from which the cloud is computed. alongZ: it is measured along z; shift: metres in front of the lens centre.
+/// Channel from which the cloud is computed. alongZ: depths along z from a plane `shift` metres behind the lens.
 export function cloudOf(channels, rays, info) {
   const fits = (c) => c && rays && c.rows === rays.rows && c.columns === rays.columns;
   const {points, range, depth} = channels;
