@@ -7,8 +7,8 @@
 
 namespace tofgraph {
 
-/// A, B += rate t_int / 2 where `ambient` is not dark and the lens is open; above `suppression` the common part of a
-/// pixel's taps is taken out of both.
+/// A, B += rate t_int / 2 if `ambient` is not dark and the lens is open; above `suppression` the common part of a
+/// pixel's taps is subtracted from both.
 struct AmbientLight final : Effect {
   static constexpr EffectInfo info{
       .touches = "intensity variance null1",

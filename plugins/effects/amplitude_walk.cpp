@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Psi += a1 ln(a/a0) + a2 a0/a, a the amplitude of all light. Where there is none, nothing.
+/// Psi += a1 ln(a/a0) + a2 a0/a, with the amplitude a of all light; no change where a is 0.
 struct AmplitudeWalk final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Turns boards, however they are tilted, by R_y(y) R_x(x).
+/// Rotates boards, whatever their own tilt, by R_y(y) R_x(x).
 struct BoardTilt final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",

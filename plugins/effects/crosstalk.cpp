@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int counts in the
+/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int is added to the
 /// intensity.
 struct Crosstalk final : Effect {
   static constexpr EffectInfo info{

@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// c_k += a m2 cos(2 (Psi + theta_k)). Of four steps of 90 degrees N2 = a m2 cos 2 Psi and no error of the distance, of
-/// three steps of 120 degrees -m2 sin(3 Psi) in the phase.
+/// c_k += a m2 cos(2 (Psi + theta_k)). With four steps of 90 degrees N2 = a m2 cos 2 Psi without a distance error; with
+/// three steps of 120 degrees the phase error is -m2 sin(3 Psi).
 struct EvenHarmonic final : Effect {
   static constexpr EffectInfo info{.touches = "null2", .confused_with = "phase_gain", .experiment = "the raw samples"};
   Param<double> ratio{

@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// D += scale (map + spread z + slope_map (D - 2 m)), D not wrapped, z drawn for each pixel. Between pixels the maps
-/// are interpolated.
+/// D += scale (map + spread z + slope_map (D - 2 m)), D unwrapped, z drawn for each pixel. Maps are interpolated
+/// between pixels.
 struct FixedPattern final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// k1 k2 p1 p2 k3 of OpenCV's model, added to the profile's.
+/// Adds k1 k2 p1 p2 k3 of OpenCV's model to the profile's.
 struct LensDistortion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "stray_light fixed_pattern",

@@ -8,7 +8,7 @@
 
 namespace tofgraph {
 
-/// P = G * P, G a Gaussian of this standard deviation; at the image's border over what is there.
+/// P = G * P with a Gaussian G of this standard deviation; at the image's border normalised over the pixels inside.
 struct MixedPixels final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity variance",
                                    .confused_with = "stray_light",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Psi *= 1 + error, the phase not wrapped.
+/// Psi *= 1 + error, with the unwrapped phase.
 struct ModulationFrequency final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Image k has 1 + gain_k of the light of image 0: c_k and the intensity of that image.
+/// Image k receives 1 + gain_k times the light of image 0, which scales c_k and the intensity of that image.
 struct PhaseGain final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity null1 null2",
                                    .confused_with = "phase_step_error ambient_light",

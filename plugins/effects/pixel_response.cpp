@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// A, B *= 1 + scale map, then += scale (dark_map + dark_rate_map t_int). Between pixels the maps are interpolated.
+/// A, B *= 1 + scale map, then += scale (dark_map + dark_rate_map t_int). Maps are interpolated between pixels.
 struct PixelResponse final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile vignetting",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Added to the principal point of the profile.
+/// Adds an offset to the principal point of the profile.
 struct PrincipalPoint final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Z -> Z + offset of boards; where the distance was read from another instrument, nothing.
+/// Z -> Z + offset for boards, unless the distance was measured with another instrument.
 struct RailOffset final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "fixed_pattern source_position warm_up",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Z -> (1 + scale) Z of boards; where the distance was read from another instrument, nothing.
+/// Z -> (1 + scale) Z for boards, unless the distance was measured with another instrument.
 struct RailScale final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "modulation_frequency",

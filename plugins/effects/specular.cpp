@@ -6,8 +6,8 @@
 
 namespace tofgraph {
 
-/// Each source += strength (n.h)^m of the light that a white surface would send back, h half way between source and
-/// camera; it does not depend on the reflectivity.
+/// Each source += strength (n.h)^m times the light returned by a white surface, with h halfway between source and
+/// camera; independent of the reflectivity.
 struct Specular final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// P += strength t_int e^(j distance / K), the same for all pixels; strength t_int counts in the intensity. Not there
+/// P += strength t_int e^(j distance / K), the same for all pixels; strength t_int is added to the intensity. Absent
 /// with a capped lens.
 struct StaticReflection final : Effect {
   static constexpr EffectInfo info{

@@ -9,7 +9,7 @@
 namespace tofgraph {
 
 /// P += fraction [(1 - uniform) G * P + uniform mean(P)], G a Gaussian of this standard deviation with sum 1; dark
-/// outside the image. The light that counts likewise. On a coarse grid the Gaussian is taken at its points.
+/// outside the image. The intensity likewise. On a coarse grid the Gaussian is sampled at its points.
 struct StrayLight final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",

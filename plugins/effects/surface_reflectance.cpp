@@ -8,7 +8,7 @@
 
 namespace tofgraph {
 
-/// Each source *= (1 - l) + l cos(theta_i) f_on; with light: physical, where the cosine is there already, f_on alone.
+/// Each source *= (1 - l) + l cos(theta_i) f_on; f_on alone with light: physical, which includes the cosine already.
 struct SurfaceReflectance final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile vignetting",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// The standard deviation of a tap *= factor.
+/// Multiplies the standard deviation of a tap by a factor.
 struct TemporalNoise final : Effect {
   static constexpr EffectInfo info{.touches = "variance",
                                    .confused_with = "motion",

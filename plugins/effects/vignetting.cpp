@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// All light that comes through the lens *= cos^n(theta_cam), on top of the light of the model.
+/// All light through the lens *= cos^n(theta_cam), in addition to the light model.
 struct Vignetting final : Effect {
   static constexpr EffectInfo info{
       .touches = "amplitude intensity",

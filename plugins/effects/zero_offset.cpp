@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// D += offset, before it wraps.
+/// D += offset, before wrapping.
 struct ZeroOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",
