@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// Vertices with x y z, intensity, and on request sigma and flags. PLY has no organised clouds and no convention for
-/// invalid points: only valid ones are written unless dense is false, which marks the invalid ones with NaN.
+/// Writes vertices with x y z, intensity, and on request sigma and flags. PLY has no organised clouds and no convention
+/// for invalid points: only valid ones are written unless dense is false, which writes the invalid ones as NaN.
 struct PlyWriter final : CloudFile {
   PlyWriter() : CloudFile("true") {}
 
