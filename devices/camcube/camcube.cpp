@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A live camera: found, opened, read, and opened again when it comes back.
+// Live camera: found, opened, read, and reopened when it comes back.
 #include <fmt/format.h>
 #include <tofgraph/stage.hpp>
 

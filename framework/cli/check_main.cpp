@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // tofgraph-check FILE CHECK SEED [PARAMETER=VALUE]...: runs one check on one plugin in the working folder, which is
-// empty, and writes what it found as a line of JSON. If the plugin crashes or loops, only this dies. tofgraph-check
-// alone: the table of checks.
+// initially empty, and writes the result as a line of JSON. If the plugin crashes or loops, only this process is
+// affected. tofgraph-check without arguments: prints the table of checks.
 #include "config/json_text.hpp"
 #include "conformance/check.hpp"
 #include "graph/running_call.hpp"

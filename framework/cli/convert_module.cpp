@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What is inside a file of another program, and a layout to start from.
+// Lists the content of another program's file and suggests a layout.
 #include "cli/convert.hpp"
 #include "config/diagnostics.hpp"
 #include "config/log.hpp"

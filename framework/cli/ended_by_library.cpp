@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Libraries that end the program. Some vendors' libraries call exit(0) when a device or a licence is missing, which
-// would look like success. The dynamic linker binds such a call of any library to the definitions here, because those
-// of the program come before those of the C library. The end of main() does not pass through them.
+// Handles libraries that end the program. Some vendors' libraries call exit(0) when a device or a licence is missing,
+// which would look like success. The dynamic linker binds such calls of any library to the definitions here, because
+// those of the program precede those of the C library. The end of main() does not use them.
 #include "cli/commands.hpp"
 
 #include <sys/syscall.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// `tofgraph plugin check`: each check is a process of its own, with a limit of its time.
+// `tofgraph plugin check`: runs each check in a process of its own, with a time limit.
 #include "cli/plugin.hpp"
 #include "config/child_process.hpp"
 #include "config/json_text.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// `tofgraph plugin new`: a folder with a plugin that builds, from the installed templates.
+// `tofgraph plugin new`: creates a folder with a plugin that builds, from the installed templates.
 #include "cli/plugin.hpp"
 #include "config/paths.hpp"
 #include "io/output_file.hpp"

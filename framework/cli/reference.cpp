@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reference pages, schemas and type stubs, made from the declarations of commands and plugins.
+// Reference pages, schemas and type stubs, generated from the declarations of commands and plugins.
 #include "cli/manual.hpp"
 #include "config/json_text.hpp"
 #include "config/paths.hpp"

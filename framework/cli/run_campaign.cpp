@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A pipeline over every condition of a campaign. The plugins stay loaded, and compiled tables stay in memory, between
+// Runs a pipeline on every condition of a campaign. Plugins stay loaded, and compiled tables stay in memory, between
 // conditions.
 #include "cli/campaign_pipeline.hpp"
 #include "cli/progress.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph-scan FILE...: writes one line of JSON a plugin to standard output. If a plugin crashes, only this dies.
+// tofgraph-scan FILE...: writes one line of JSON per plugin to standard output. If one crashes, only this process ends.
 #include "graph/plugin.hpp"
 
 #include <unistd.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// posix_spawn and poll: whatever the host program does with SIGCHLD, and whichever of its threads asks.
+// Uses posix_spawn and poll: works for any SIGCHLD handling of the host program, and on any of its threads.
 #include "config/child_process.hpp"
 
 #include <fcntl.h>

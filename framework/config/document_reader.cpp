@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the keys of a map, and says what is wrong with them.
+// Reads the keys of a map and reports errors in them.
 #include "config/document.hpp"
 #include "config/quantity.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects: boards seen with and without them.
+// Checks of effects: boards simulated with and without them.
 #include "conformance/values.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One frame after another: what arrives, what is written, what leaves.
+// Checks of the processing of frames: inputs, written memory, outputs.
 #include "conformance/trial.hpp"
 #include "graph/validation.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Without frames: the library, its descriptor, its parameters, its life.
+// Checks without frames: the library, its descriptor, its parameters, creation and destruction.
 #include "conformance/allocations.hpp"
 #include "conformance/values.hpp"
 #include "simulation/files/effect.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What belongs to the whole process and not to a plugin.
+// Checks that a plugin does not change the state of the whole process.
 #include "conformance/trial.hpp"
 #include "simulation/files/effect.hpp"
 

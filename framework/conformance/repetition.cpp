@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The same stage again: results, memory, threads, time.
+// Checks by repetition of the same stage: results, memory, threads, time.
 #include "conformance/allocations.hpp"
 #include "conformance/trial.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What plugins ask of the host, over the border.
+// Calls of plugins to the host through the plugin interface.
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
 #include "graph/instance.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The meaning of ports against the meaning of channels: what a node may read, change and make.
+// Checks the ports of a node against the channels of its input: meaning, and which it may read, change and create.
 #include "graph/known_stages.hpp"
 #include "graph/node.hpp"
 

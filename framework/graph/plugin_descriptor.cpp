@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a plugin says of itself: brought to the host's sizes, and held against the border's rules, so that a defect of
-// the plugin is called that when it is read, and not the user's line when it is used.
+// Reads the descriptor of a plugin: converts it to the host's struct sizes and checks the rules of the plugin
+// interface, so that a defect is reported as the plugin's when it is loaded, not as the user's when it is used.
 #include "config/quantity.hpp"
 #include "graph/parameters.hpp"
 #include "graph/plugin.hpp"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Descriptors are read by a child process, so that a broken plugin takes nothing down, and remembered by path, size
-// and time. Deleting the cache costs nothing but the time of a scan.
+// Descriptors are read by a child process, so that a broken plugin crashes only that, and cached by path, size and
+// time. Deleting the cache costs only the time of a scan.
 #include "config/child_process.hpp"
 #include "config/json_text.hpp"
 #include "config/log.hpp"

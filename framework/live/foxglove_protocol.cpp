@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Foxglove's WebSocket protocol, version 1, as Foxglove and Lichtblick read it: channels in JSON with the schemas
+// Foxglove's WebSocket protocol, version 1, as used by Foxglove and Lichtblick: channels in JSON with the schemas
 // foxglove.PointCloud, foxglove.RawImage and foxglove.CameraCalibration.
 #include "live/client.hpp"
 #include "live/foxglove_messages.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The protocol of the page: docs/live_view.md.
+// Protocol of the page: docs/live_view.md.
 #include "live/client.hpp"
 #include "live/encoding.hpp"
 

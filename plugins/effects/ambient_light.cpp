@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light that is not modulated fills the taps.
+// Unmodulated light that fills the taps.
 #include <tofgraph/effect.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase depends on the amount of light, whatever it comes from.
+// The phase depends on the amount of light, whatever its cause.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The board is not as perpendicular as it is said to be.
+// The board is less perpendicular than stated.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light or current that gets into the pixels inside the camera, the same for all of them or spread over them.
+// Light or current that reaches the pixels inside the camera, equal for all of them or random.
 #include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The second harmonic of light and demodulation: four samples see it in N2 alone.
+// Second harmonic of light and demodulation: four samples show it only in N2.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every pixel has an offset of its own.
+// Individual distance offset of each pixel.
 #include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens bends rays otherwise than the profile says.
+// The distortion of the lens differs from the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

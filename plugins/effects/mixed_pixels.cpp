@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The image is a little blurred: at the edges of things a pixel sees both.
+// The image is slightly blurred: at edges a pixel receives light from both sides.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/plane_blur.hpp>
 

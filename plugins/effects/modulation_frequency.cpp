@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The crystal is off: the distance is computed with the nominal frequency.
+// Frequency error of the oscillator: the distance is computed with the nominal frequency.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Part of the light takes a longer way.
+// Part of the light takes a longer path.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

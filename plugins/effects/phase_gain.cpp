@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase images get different amounts of light.
+// The phase images receive different amounts of light.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase steps are not quite what they should be.
+// The phase steps deviate from their nominal values.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every pixel has a sensitivity and a dark signal of its own.
+// Individual sensitivity and dark signal of each pixel.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens is not centred as the profile says.
+// The principal point differs from the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

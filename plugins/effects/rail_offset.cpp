@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The zero of the rail is off.
+// Zero offset of the rail.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

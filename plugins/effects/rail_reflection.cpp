@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The rail or table below the axis mirrors light of the sources onto the board.
+// The rail or table below the axis reflects light of the sources onto the board.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/geometry.hpp>
 

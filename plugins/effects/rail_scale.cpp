@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The scale of the rail is off.
+// Scale error of the rail.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

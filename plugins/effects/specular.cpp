@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Gloss: a spot in the direction of the mirror, one for each source.
+// Specular reflection: a highlight for each source in the direction of mirror reflection.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/geometry.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light from something that is fixed to the camera: a window, the floor of the rig.
+// Light reflected by an object fixed to the camera: a window, the floor of the rig.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

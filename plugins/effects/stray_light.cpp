@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens scatters light from everywhere to everywhere.
+// Stray light: the lens scatters light over the whole image.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/plane_blur.hpp>
 

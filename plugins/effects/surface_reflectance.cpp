@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// How surfaces send light back by its angle of incidence: Lambert, or Oren-Nayar when rough.
+// Reflectance as a function of the angle of incidence: Lambert, or Oren-Nayar for rough surfaces.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/reflectance.hpp>
 

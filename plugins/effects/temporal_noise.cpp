@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The noise is greater than the profile says.
+// The noise is larger than in the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens passes less light to the corners.
+// The lens transmits less light to the corners.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

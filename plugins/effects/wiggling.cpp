@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Odd harmonics of light and demodulation, which few samples alias into the phase.
+// Odd harmonics of light and demodulation, which a few samples alias into the phase.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

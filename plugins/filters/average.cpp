@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Temporal mean over frames. The loops are plain: Highway compiles them for each instruction set.
+// Temporal mean over frames. Highway compiles the plain loops for each instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/average.cpp"
 #include <hwy/foreach_target.h>

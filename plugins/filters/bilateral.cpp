@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The bilateral filter of a depth image.
+// Bilateral filter of a depth image.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/bilateral.cpp"
 #include <hwy/foreach_target.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a bracketed exposure as one.
+// Fusion of the frames of a bracketed exposure.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/unwrapping.hpp>
 

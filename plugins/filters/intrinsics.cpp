@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Replaces the lens of the camera, and with it the rays. Images are not touched unless they are rectified.
+// Replaces the lens of the camera, and with it the rays. Images are unchanged unless they are rectified.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/lens.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Masks pixels by what is known of their quality.
+// Masks pixels by quality criteria.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Undoes what a model's effects do to the distance.
+// Corrects the effects of a model on the distance.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/model_correction.cpp"
 #include <hwy/foreach_target.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard deviation of the lengths of recordings that do not state it.
+// Standard deviation of lengths for recordings that do not state it.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 

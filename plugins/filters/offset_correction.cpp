@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Takes the offset by integration time and reflectivity out of the distance, chapter 6 of the reference.
+// Corrects the distance offset by integration time and reflectivity, chapter 6 of the reference.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/offset_correction.cpp"
 #include <hwy/foreach_target.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Distance to depth by the optimized bistatic model, any number of sources anywhere.
+// Distance to depth by the optimized bistatic model, for any number of sources at any position.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/optimized_bistatic.cpp"
 #include <hwy/foreach_target.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Images that were stored mirrored or turned.
+// Reorients images that were stored mirrored or rotated.
 #include "plugins/without_gaps.hpp"
 
 #include <tofgraph/stage.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoding of any exposures: three or more steps at up to three modulation frequencies, unwrapped.
+// Decoder for arbitrary exposures: three or more steps at up to three modulation frequencies, unwrapped.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/phase_decoder.cpp"
 #include <hwy/foreach_target.h>

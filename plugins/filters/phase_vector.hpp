@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The arithmetic of the decoder of any exposures, a vector of pixels at once; once for each of Highway's targets.
+// Arithmetic of the decoder for arbitrary exposures, on vectors of pixels; compiled for each of Highway's targets.
 #if defined(TOFGRAPH_FILTERS_PHASE_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_PHASE_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_PHASE_VECTOR_HPP

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Depth or range to points in the optical frame: each pixel's ray, scaled.
+// Depth or range to points in the optical frame: scaled rays of the pixels.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/point_cloud.cpp"
 #include <hwy/foreach_target.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The loops over a table are plain: Highway compiles them for each instruction set.
+// Highway compiles the plain loops over a table for each instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/simple_bistatic.cpp"
 #include <hwy/foreach_target.h>

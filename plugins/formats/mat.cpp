@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// MATLAB's files, version 5 and 7.3.
+// MATLAB files, versions 5 and 7.3.
 #include <matio.h>
 #include <tofgraph/format.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Archives of NumPy's arrays (.npz), stored or compressed.
+// Archives of NumPy arrays (.npz), stored or compressed.
 #include <zip.h>
 #include <tofgraph/format.hpp>
 

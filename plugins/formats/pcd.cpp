@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of PCL: text, binary, compressed. PCL's own reader crashes at some damaged files, so only its
+// Point clouds of PCL: text, binary, compressed. PCL's own reader crashes on some damaged files, so only its
 // decompression is used.
 #include <pcl/io/lzf.h>
 

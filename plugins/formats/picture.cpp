@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Grey pictures of 8 to 64 bits: PNG, TIFF of one or several pages, PGM.
+// Greyscale pictures of 8 to 64 bits: PNG, single- or multi-page TIFF, PGM.
 #include <tofgraph/format.hpp>
 
 #include <opencv2/imgcodecs.hpp>

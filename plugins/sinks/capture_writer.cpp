@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Records what arrives, with its meaning, so that it can be read again.
+// Records the incoming channels and their meaning in a capture that can be read again.
 #include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/stage.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel as pictures, one a frame: false colours to look at, counts or floats to go on with.
+// A channel as pictures, one per frame: false colours for viewing, counts or floats for further processing.
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>

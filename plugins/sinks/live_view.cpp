@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A view of the running pipeline in the browser, and for programs that speak Foxglove's protocol.
+// View of the running pipeline in the browser, and for programs that use Foxglove's protocol.
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>

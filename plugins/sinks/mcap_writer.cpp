@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings that viewers of ROS 2 open: images, clouds and the camera, in MCAP.
+// Recordings for ROS 2 viewers: images, clouds and the camera, in MCAP.
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel of all frames as one array of NumPy.
+// A channel of all frames as one NumPy array.
 #include <tofgraph/stage.hpp>
 
 #include <bit>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One PCD file a frame, readable with PCL, and beside them one file that says how they came to be.
+// One PCD file per frame, readable with PCL, and one provenance file beside them.
 #include <fmt/ranges.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One PLY file a frame, and beside them one file that says how they came to be.
+// One PLY file per frame, and one provenance file beside them.
 #include "plugins/sinks/cloud_file.hpp"
 
 namespace tofgraph {

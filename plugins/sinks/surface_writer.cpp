@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel as a surface in space, seen from above its image plane: one picture a frame.
+// A channel as a surface in space, seen from above its image plane: one picture per frame.
 #include <tofgraph/physics/to_integer.hpp>
 #include <tofgraph/stage.hpp>
 

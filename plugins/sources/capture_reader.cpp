@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a recording, with the meaning that was recorded with them.
+// Frames of a recording, with the recorded meaning of their channels.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks of an MPI job, for tofgraph-mpi: the program under another name, which loads this library before a command.
+// Ranks of an MPI job for tofgraph-mpi: the program under another name, which loads this library before a command.
 #include "config/shard.hpp"
 
 #include <mpi.h>

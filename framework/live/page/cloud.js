@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The cloud: what is drawn and from where. The points themselves are drawn by the graphics processor, or where there is
-// none by drawn_points.js: software that imitates one takes 0.8 microseconds per point.
+// The cloud: its content and the view. The points are drawn by the GPU or, without one, by drawn_points.js: software
+// emulation of a GPU takes 0.8 microseconds per point.
 import {cloudOf, codeRange} from './decode.js';
 import {DrawnPoints} from './drawn_points.js';
 import {GlPoints} from './gl_points.js';

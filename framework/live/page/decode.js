@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of the server as frames and values. The format: docs/live_view.md.
+// Decodes messages of the server to frames and values. Format: docs/live_view.md.
 
 export const RAYS = 1, FRAME = 2;
 

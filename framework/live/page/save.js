@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files with the cloud or the picture that is shown.
+// Files with the displayed cloud or picture.
 import {pointsOf, valueAt} from './decode.js';
 
 /// Cloud as PCD: x y z in m, then the amplitude if the frame has one per point. Binary, invalid points are NaN.

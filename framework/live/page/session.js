@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The connection to the pipeline: it is made again when it breaks.
+// The connection to the pipeline, which is re-established when it breaks.
 import {FRAME, RAYS, frameOf, parse, raysOf} from './decode.js';
 
 export class Session {
