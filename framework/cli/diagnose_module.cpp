@@ -41,7 +41,7 @@ void check_outputs(const DiagnoseArguments& arguments) {
   }
 }
 
-/// Output files, after removing those of an earlier search that this one does not write.
+/// Existing output files; stale ones of an earlier search were removed by write_outputs().
 std::string written(const fs::path& out) {
   std::string text;
   for (const char* name : output_names) {

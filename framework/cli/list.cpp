@@ -85,7 +85,7 @@ void compare_cameras() {
   fmt::print("?: the profile does not state it. A view without a data sheet is that of its focal length.\n");
 }
 
-/// Files in plugin folders whose names are not those of plugins, one note per folder.
+/// Warns of files in plugin folders that are not named like plugins, once per folder.
 void warn_unrecognised(const Common& common) {
   for (const auto& folder : common.plugin_folders) {
     std::vector<std::string> strays;

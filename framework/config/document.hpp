@@ -90,7 +90,7 @@ class Reader {
   std::filesystem::path input_file(std::string_view key, std::string_view example, bool must_be_there = true);
   /// List of numbers with one unit.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example);
-  /// As numbers, with a default for a missing or invalid list; its length is required.
+  /// As numbers, with a default for a missing or invalid list; the list must have the default's length.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example,
                               std::vector<double> default_value);
   /// Reports every key that was not taken as an error, with the nearest known one.

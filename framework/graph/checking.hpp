@@ -5,7 +5,7 @@
 
 namespace tofgraph::graph {
 
-/// Returns whether this process only checks graphs: stages are then told that the run is over before it begins.
+/// Returns whether this process only checks graphs; for their stages stopping() is then true from the start.
 bool only_checking();
 void set_only_checking();
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Explanation of a checked graph, as text and as a drawing.
+/// @file Explanation of a checked graph, as text and as a diagram.
 #pragma once
 
 #include "graph/graph.hpp"

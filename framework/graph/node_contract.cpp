@@ -150,7 +150,7 @@ std::vector<std::string> Node::names_made() const {
   return names;
 }
 
-/// Advice on reading a recording without a channel of the source that conflicts.
+/// Advice on excluding a conflicting channel of a recording when it is read.
 std::string Node::without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const {
   std::vector<std::string> others;
   for (const Channel& channel : stream.channels) {

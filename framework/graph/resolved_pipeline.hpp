@@ -21,7 +21,7 @@ class ResolvedPipeline {
   std::vector<std::size_t> order(config::Diagnostics& diagnostics) const;
 
   const NodeSpec& spec(std::size_t node) const { return specs_[node]; }
-  const Plugin* stage(std::size_t node) const { return stages_[node]; }  ///< null: not known
+  const Plugin* stage(std::size_t node) const { return stages_[node]; }  ///< null: unknown
   const std::vector<InputSpec>& inputs(std::size_t node) const { return inputs_[node]; }
   /// Index of a name; the number of nodes if there is no such name.
   std::size_t index_of(const std::string& name) const;

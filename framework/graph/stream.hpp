@@ -44,7 +44,7 @@ struct Stream {
   std::size_t camera_made_by = 0;
   std::uint64_t frames = 0;
   std::uint64_t known = 0;
-  std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
+  std::vector<std::size_t> history;          ///< nodes passed by the frames, in order
   std::vector<tofgraph_exposure> exposures;  ///< exposures of the raw images; empty: the camera's
   bool exposures_known = true;               ///< false while a source may still announce them
   std::string source = "{}";                 ///< known origin of the frames, JSON

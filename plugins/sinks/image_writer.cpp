@@ -27,7 +27,7 @@ constexpr int margin = 12, title_height = 24, bar_width = 22, legend_line = 20;
 /// Draws each pixel as zoom x zoom dots in the colour of its value; invalid pixels are grey.
 cv::Mat colours(const cv::Mat& image, const Range& range, int zoom) {
   cv::Mat level, picture, valid, large;
-  cv::compare(image, image, valid, cv::CMP_EQ);  // NaN equals nothing
+  cv::compare(image, image, valid, cv::CMP_EQ);  // NaN compares unequal
   cv::Mat((image - range.low) * (255 / (range.high - range.low))).convertTo(level, CV_8U);
   cv::applyColorMap(level, picture, level_colours());
   picture.setTo(invalid_grey, ~valid);
