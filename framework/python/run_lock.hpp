@@ -68,7 +68,7 @@ class RunLock {
   inline static thread_local int depth = 0;
   inline static thread_local ThreadState state;
   bool is_new_ =
-      PyGILState_GetThisThreadState() == nullptr;  ///< a new thread not created by Python
+      PyGILState_GetThisThreadState() == nullptr;  ///< the thread is not Python's, and enters for the first time
   pybind11::gil_scoped_acquire lock_;
 };
 
