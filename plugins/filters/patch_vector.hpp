@@ -118,8 +118,8 @@ template <bool Adaptive> class PatchWeights {
     }
     return farthest < WindowFrame::far_away;
   }
-  /// Weight along one axis of a patch's pixels that are inside the image both for the pixel at i and for that at i +
-  /// step; 1 if there are none.
+  /// Weight along one axis of a patch's pixels that are inside the image both for the pixel at i and for the one
+  /// `step` further; 1 if there are none.
   static float ShareInside(const WindowFrame& f, std::ptrdiff_t i, std::ptrdiff_t step, std::ptrdiff_t size) {
     float share = 0;
     for (std::ptrdiff_t k = -f.patch.radius; k <= f.patch.radius; ++k) {

@@ -12,7 +12,7 @@
 
 namespace tofgraph {
 
-/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf become NaN. Lines that begin with
+/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines that begin with
 /// # are comments.
 struct Csv final : FileFormat {
   static constexpr const char* endings = "csv txt";
