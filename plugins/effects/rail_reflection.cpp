@@ -6,8 +6,8 @@
 
 namespace tofgraph {
 
-/// Each source has a mirror image at y' = 2 h - y (y points down, camera without roll), whose light is added, also to the
-/// intensity: P += strength a_s e^(j w/c (|P - S'| + D_ref + D_sen)); no effect if the rail is covered.
+/// Each source has a mirror image at y' = 2 h - y (y points down, camera without roll), whose light is added, also to
+/// the intensity: P += strength a_s e^(j w/c (|P - S'| + D_ref + D_sen)); no effect if the rail is covered.
 struct RailReflection final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "board_tilt rail_offset warm_up",
