@@ -43,7 +43,7 @@ def enter(folder, command, timeout=600):
 
 
 def make_bare_system():
-    """A minimal Debian from the mirror of this machine, with sudo and a user who may use it."""
+    """Creates a minimal Debian from this machine's mirror, with sudo and a user who may use it."""
     bare = options.cache / "bare"
     (options.cache / "archives" / "partial").mkdir(parents=True, exist_ok=True)
     if not bare.is_dir():

@@ -141,7 +141,7 @@ class Chain {
     return distance;
   }
 
-  /// The mean path from the sources to the point at D_ref, and its slope.
+  /// Mean path from the sources to the point at D_ref, and its derivative.
   static double mean_path(const cv::Point3f& u, double r, double& slope) {
     const double x = r * double{u.x}, y = r * double{u.y}, z = f + r * double{u.z}, rest = y * y + z * z;
     double mean = 0;

@@ -64,7 +64,7 @@ def require(what, measured, wanted, holds):
 
 
 def measure(program, repetitions, min_time=0.1):
-    """Medians by name: ms of elapsed (real) and processor time (cpu), and counters."""
+    """Medians by name: elapsed (real) and processor time (cpu) in ms, and counters."""
     command = [ROOT / "build/benchmarks" / program, "--benchmark_format=json", f"--benchmark_min_time={min_time}",
                f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
                "--benchmark_report_aggregates_only=true"]

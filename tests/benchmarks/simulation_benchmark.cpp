@@ -51,7 +51,7 @@ void OneFrame(benchmark::State& state, bool readout) {
   }
 }
 
-/// A further frame of the same condition.
+/// Another frame of the same condition.
 void FurtherFrame(benchmark::State& state, bool readout) {
   const ForwardModel model(camera(), false, five_effects(readout));
   const Pixels pixels = whole_image(camera());

@@ -49,7 +49,7 @@ void warp_boards(double size, std::uint64_t seed, const std::vector<io::Conditio
   }
 }
 
-/// The same waves in all conditions, each turning with the order measured: correlated over some 40 px and 3 conditions.
+/// The same waves in all conditions, with phases that vary with the order: correlated over some 40 px and 3 conditions.
 void leave_residue(double size, std::mt19937_64 random, std::vector<View>& views) {
   constexpr double pixels = 40, conditions = 3;
   std::normal_distribution<double> normal;

@@ -114,7 +114,7 @@ std::string model_text(const Physics& physics) {
   return text;
 }
 
-/// Maps of the camera, as numbers and as the file that models name, and the effects, shared by all comparisons.
+/// Maps of the camera, as numbers and as the file named by models, and the effects; shared by all comparisons.
 struct Shared {
   TemporaryFolder folder;
   PixelMaps maps = draw_maps(Camera(), 3);

@@ -120,7 +120,7 @@ TEST_F(Pipelines, IdealBoardIsAPlaneAt500Millimetres) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double z = 0.5 - 0.0128, column = static_cast<double>(i % 204) - 101.5,
                    row = static_cast<double>(i / 204) - 101.5;
-      ASSERT_NEAR(points[i].z, z, 5e-6);  // the decoded phase is a float: 1 um at 500 mm
+      ASSERT_NEAR(points[i].z, z, 5e-6);  // the decoded phase is a float: resolution 1 um at 500 mm
       ASSERT_NEAR(points[i].x, column / 320 * z, 5e-6);
       ASSERT_NEAR(points[i].y, row / 320 * z, 5e-6);
     }
@@ -232,7 +232,7 @@ TEST_F(Pipelines, RawDumpToCloudDecodesADumpWrittenByteByByte) {
   pcl::fromPCLPointCloud2(read, points);
   double sum = 0;
   for (const auto& p : points) {
-    EXPECT_NEAR(p.z, 1 - 0.0128, 2e-3);  // taps are whole counts: 1 of 1000 is 1.2 mm
+    EXPECT_NEAR(p.z, 1 - 0.0128, 2e-3);  // taps are integers: 1 count of 1000 is 1.2 mm
     EXPECT_NEAR(p.intensity, 1000, 2);
     sum += p.z / static_cast<double>(points.size());
   }

@@ -15,7 +15,7 @@ namespace {
 
 class GivenValues : public Rail {
  protected:
-  /// The model as it is read from a file.
+  /// Reads the model from a file with these effects.
   const simulation::Model& given(const std::string& effects) {
     const std::filesystem::path file = folder_.path() / "model.yaml";
     std::ofstream(file) << "model: 1\ncamera: camcube2\nlight: physical\neffects:\n" << effects;

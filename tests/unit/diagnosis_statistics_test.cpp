@@ -204,7 +204,7 @@ TEST(MixedModel, AColumnMoreIsNeverWorse) {
   std::vector<Gram> with, without;
   std::vector<std::vector<Shared>> shared;
   for (int i = 0; i < conditions; ++i) {
-    // In m, with pixels that know the distance to 0.1 mm: 8 mm of offset, 5 mm more in every second one, 0.4 mm of
+    // In m, with a pixel noise of 0.1 mm: 8 mm of offset, 5 mm more in every second one, 0.4 mm of
     // jitter.
     const double r = 8e-3 + (i % 2 == 0 ? 5e-3 : 0) + 4e-4 * normal(generator), noise = 1e-8;
     Eigen::Vector<double, 1 + gram_tail> row = Eigen::Vector<double, 1 + gram_tail>::Zero();
@@ -260,7 +260,7 @@ FrameSums noisy_frames(std::complex<double> phasor, double level, double sd, std
 }
 
 TEST(Superpixels, HaveTheNoiseThatTheySay) {
-  // Against 40 repetitions: squares of the errors in units of the variance have the mean 1 +- sqrt(2 / values).
+  // Compared with 40 repetitions: squared errors in units of the variance have the mean 1 +- sqrt(2 / values).
   const std::complex<double> ideal = std::polar(800.0, 1.0), seen = std::polar(840.0, 1.01);
   const std::vector<Signal> base(24 * 24, Signal{ideal, 1000, 0, 0});
   const std::array<double, observables> truth = {1.193 * 0.01, std::log(1.05), std::log(1.1), 0, 0};

@@ -20,7 +20,7 @@ struct Regression {
   Eigen::VectorXd residual;
   Eigen::MatrixXd information() const { return columns.transpose() * columns; }
   Eigen::VectorXd score() const { return columns.transpose() * residual; }
-  /// HeldOutImprovement of the sum of squares, by a decomposition that never forms a Gram matrix.
+  /// Decrease in the sum of squares, from a decomposition that never forms a Gram matrix.
   double gain(const std::vector<Eigen::Index>& chosen) const {
     const Eigen::MatrixXd some = columns(Eigen::all, chosen);
     const Eigen::VectorXd fitted = some * some.colPivHouseholderQr().solve(residual);

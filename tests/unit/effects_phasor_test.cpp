@@ -161,7 +161,7 @@ TEST(SurfaceReflectance, IsOrenAndNayarsFormula) {
   View view;
   view.board = {1.3, 0.5, -0.4, 0.6};
   expect_factors("{effect: surface_reflectance, roughness: 0.4 rad}", view, factor);
-  view.physical = false;  // the reference light has no angles: (1 - l) + l cos(theta_i) f_on
+  view.physical = false;  // the reference light is independent of angles: (1 - l) + l cos(theta_i) f_on
   expect_factors("{effect: surface_reflectance, lambert: 0.7, roughness: 0.4 rad}", view,
                  [&](const Place& p, double x) {
                    const double cosine = (p.nx * (p.x - x) + p.ny * p.y + p.nz * p.z) / std::hypot(p.x - x, p.y, p.z);

@@ -66,7 +66,7 @@ std::vector<float> noisy_wall(std::uint64_t seed, std::size_t rows = 64, std::si
   return image;
 }
 
-/// Median of sigma over the left and the right half.
+/// Medians of sigma over the left and the right half.
 std::array<float, 2> halves(const std::vector<float>& sigma) {
   std::array<std::vector<float>, 2> values;
   for (std::size_t i = 0; i < sigma.size(); ++i) values[i % 128 < 64 ? 0 : 1].push_back(sigma[i]);

@@ -66,7 +66,7 @@ TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
 }
 
 TEST_F(StatisticsStage, RmsAgainstAReferenceByParts) {
-  // A step of 100 mm after the tenth of twenty columns; 2 mm off within three pixels of it, else 1 mm.
+  // A step of 100 mm after the tenth of twenty columns; errors of 2 mm within three pixels of it, 1 mm elsewhere.
   std::vector<float> truth(2 * 20), depth(2 * 20);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const std::size_t column = i % 20;
