@@ -109,7 +109,7 @@ TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
   }
 }
 
-/// Tilted boards: their shapes are displacements along the boards' normals, and the full amplitude is recovered.
+/// Tilted boards: shapes are displacements along the boards' normals, and no amplitude residual remains.
 TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].board_tilt_y = i % 4 == 1 ? 0.5 : 0;
   measure();

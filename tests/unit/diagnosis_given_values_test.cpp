@@ -102,7 +102,7 @@ TEST_F(GivenValues, TheProfilesContrastIsNotOffWhereItIsRight) {
   EXPECT_FALSE(has_contrast(problem.nuisances));
 }
 
-/// An effect that only adds to intensities decreases with the brightness of a condition: it is not a contrast.
+/// An effect on intensities alone decreases with the brightness of a condition: it is not a contrast.
 TEST_F(GivenValues, TheContrastIsAnUnknownWhereTapsContradictTheProfileAlone) {
   const std::vector<Observations> lit = data_with({random_term(effect("ambient_light"), 1, 15)}, 15);
   EXPECT_FALSE(has_contrast(make_problem(*design, lit).nuisances));

@@ -79,7 +79,7 @@ class Next : public Rail {
     const Eigen::VectorXd weighted = solved(change);
     const double square = change.dot(weighted);
     for (const Eigen::VectorXd& direction : open) change -= direction * direction.dot(weighted);
-    // Below the practical threshold, only the change in board, camera and light counts, in their standard deviations.
+    // Below the practical threshold, only the part due to board, camera and light counts, in units of their sd.
     Eigen::MatrixXd along(rows, 3);
     const State& sd = one;
     along << directions[0] / sd.random_sd.jitter, directions[1] / sd.random_sd.offset,

@@ -24,7 +24,7 @@ class ExposedCamera {
     view_.exposures = exposures_.data();
     view_.exposure_size = sizeof(tofgraph_exposure);
     view_.exposure_count = exposures_.size();
-    // Exposures as a profile defines them.
+    // As in a profile: a frequency common to all exposures is that of the camera.
     const double first = exposures_[0].frequency;
     const bool one = std::ranges::all_of(exposures_, [&](const auto& e) { return e.frequency == first; });
     if (one && first > 0) view_.modulation_frequency = first;

@@ -53,7 +53,7 @@ double variance_of_median(std::size_t n) {
   return variance;
 }
 
-/// The stage's documentation promises 2 % of the variance between one and many.
+/// The stage's documentation states an accuracy of 2 % of the variance, from one value to many.
 TEST(Median, SigmaIsThatOfTheMedianOfNormalValues) {
   for (const std::size_t n : {1, 3, 5, 7, 9}) {
     std::vector<float> depth(9, NAN);
