@@ -20,8 +20,9 @@ class NoiseParameters {
   explicit NoiseParameters(Stage* stage)
       : calibration_(stage, "calibration",
                      {.choices = "noise", .text = "a calibration file of the kind noise; default: the camera's noise"}),
-        read_noise_(stage, "read_noise",
-                    {.unit = "counts", .min = 0, .text = "of a tap; default: the calibration's, or the camera's"}),
+        read_noise_(
+            stage, "read_noise",
+            {.unit = "counts", .min = 0, .text = "read noise of a tap; default: the calibration's, or the camera's"}),
         shot_noise_(stage, "shot_noise",
                     {.unit = "counts",
                      .min = 0,

@@ -35,8 +35,9 @@ class SerialCheck {
   void operator()(const char* parameter, const std::string& made_for, const std::string& used_on) const {
     const std::string problem = io::serial_problem(made_for, used_on, "the frames");
     if (problem.empty()) return;
-    if (!*other_serial_) throw ConfigError(parameter, problem + ": calibrate that camera, or --other-serial uses it");
-    stage_.warn("the " + std::string(parameter) + " " + problem + ": it is used nevertheless");
+    if (!*other_serial_)
+      throw ConfigError(parameter, problem + ": calibrate that camera, or use this one with --other-serial");
+    stage_.warn("the " + std::string(parameter) + " " + problem + ": it is used anyway");
   }
 
  private:

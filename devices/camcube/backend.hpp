@@ -73,9 +73,7 @@ class Backend {
   /// on, or is the device's own counter. @throws Fault
   virtual Got read(Frame& frame, std::chrono::milliseconds patience) = 0;
   /// Reason why the integration time cannot be changed during acquisition, or nothing; after open().
-  virtual std::string why_not_adjustable() const {
-    return "a recording has the times that it was recorded with; remove it";
-  }
+  virtual std::string why_not_adjustable() const { return "a recording keeps its own integration times; remove it"; }
   /// Longest time that can be set and is reported, s; after open().
   virtual double longest_integration_time() const { return std::numeric_limits<double>::infinity(); }
   /// Sets the time of one of the next frames: whole microseconds within the camera's range, or the nearest time that it

@@ -52,7 +52,7 @@ struct CamCube final : CamCubeParameters {
       } catch (const Fault& fault) {
         if (!*reconnect)
           throw std::runtime_error(
-              fmt::format("{}\n         reconnect: true goes on after such a fault", fault.what()));
+              fmt::format("{}\n         reconnect: true continues after such a fault", fault.what()));
         recover(fault);
       }
     }
@@ -118,14 +118,14 @@ struct CamCube final : CamCubeParameters {
   void check_control(const camcube::Delivery& delivery) {
     if (std::ranges::count(delivery.channels, "taps") == 0 || (delivery.known & TOFGRAPH_KNOWS_INTEGRATION_TIME) == 0)
       throw ConfigError("auto_integration_time",
-                        "needs raw data (taps) whose integration time the camera tells; remove it");
+                        "needs raw data (taps) for which the camera reports the integration time; remove it");
     if (const std::string problem = camera_->why_not_adjustable(); !problem.empty())
       throw ConfigError("auto_integration_time", problem);
     const double longest = camera_->longest_integration_time();
     if (!(limits_->times[0] <= longest))
       throw ConfigError(
           "auto_integration_time",
-          fmt::format("this camera can be told of times up to {}, those that may be chosen begin at {}",
+          fmt::format("this camera accepts times up to {}, the permitted times begin at {}",
                       config::format_quantity(longest, "s"), config::format_quantity(limits_->times[0], "s")));
     limits_->times[1] = std::min(limits_->times[1], longest);
     control_.emplace(*limits_);
@@ -226,7 +226,7 @@ struct CamCube final : CamCubeParameters {
     }
     throw ConfigError("backend", "no camera was found; tried:" + tried +
                                      "\n         without a camera: file: RECORDING or scene: SCENE.yaml; 'tofgraph "
-                                     "devices' shows what is plugged in");
+                                     "devices' shows the cameras that are plugged in");
   }
 
   void provide(Setup& setup, const camcube::Delivery& delivery) {

@@ -14,8 +14,9 @@ struct CamCubeParameters : Source {
                             {.shape = "4 512",
                              .unit = "",
                              .optional = true,
-                             .text = "the 512 bytes before each phase image, as they are: not interpreted"}};
-  Out<float> distance{this, "distance", {.optional = true, .text = "deliver: images: as the vendor computes it"}};
+                             .text = "the 512 bytes before each phase image, unchanged: not interpreted"}};
+  Out<float> distance{
+      this, "distance", {.optional = true, .text = "deliver: images: computed by the vendor's library"}};
   Out<float> amplitude{this, "amplitude", {.optional = true}};
   Out<float> intensity{this, "intensity", {.optional = true}};
   Out<std::uint16_t> flags{this, "flags", {.optional = true}};
@@ -28,7 +29,9 @@ struct CamCubeParameters : Source {
                                  "first of pmdsdk (the vendor's library) and usb that finds a camera; these two are "
                                  "not verified on hardware"}};
   Param<double> integration_time{
-      this, "integration_time", {.unit = "s", .min = 0, .text = "of each phase image; default: the camera's own"}};
+      this,
+      "integration_time",
+      {.unit = "s", .min = 0, .text = "integration time of each phase image; default: the camera's own"}};
   Param<bool> auto_integration_time{
       this,
       "auto_integration_time",
@@ -42,12 +45,12 @@ struct CamCubeParameters : Source {
   Param<double> amplitude_percentile{
       this,
       "amplitude_percentile",
-      {.default_value = "90", .min = 1, .max = 99, .text = "of the pixels' amplitudes, which one is kept there"}};
+      {.default_value = "90", .min = 1, .max = 99, .text = "percentile of the pixels' amplitudes that is kept there"}};
   Param<InputFile> calibration{
       this,
       "calibration",
-      {.text = "auto_integration_time: of the kind integration-time: begins with the recommended time and stays within "
-               "the times that were found good"}};
+      {.text = "auto_integration_time: a calibration of the kind integration-time: begins with the recommended time "
+               "and stays within the range that was found suitable"}};
   Param<double> modulation_frequency{
       this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "default: the camera's own"}};
   Param<double> frame_rate{this,
@@ -55,40 +58,41 @@ struct CamCubeParameters : Source {
                            {.unit = "Hz",
                             .min = 1e-3,
                             .max = 1e6,
-                            .text = "of simulations and of recordings without time stamps, and for the gap in the "
-                                    "frame counter after an interruption; default: the profile's"}};
+                            .text = "frame rate of simulations and of recordings without time stamps, and for the gap "
+                                    "in the frame counter after an interruption; default: the profile's"}};
   Param<bool> reconnect{this,
                         "reconnect",
                         {.default_value = "false",
-                         .text = "goes on after a fault and when the camera comes back; frame_number has a gap"}};
+                         .text = "continues after a fault and when the camera comes back; frame_number has a gap"}};
   Param<double> timeout{this,
                         "timeout",
                         {.unit = "s",
                          .default_value = "1 s",
                          .min = 0.05,
                          .max = 3600,
-                         .text = "without a frame for so long is a fault"}};
+                         .text = "time without a frame that counts as a fault"}};
   Param<std::vector<double>> phase_order{
       this,
       "phase_order",
       {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "the k of each image of the raw data"}};
-  Param<std::string> device{this, "device", {.text = "usb: which camera, by serial number or port, e.g. 1-2"}};
-  Param<InputFile> protocol{
-      this,
-      "protocol",
-      {.text = "usb: how the camera speaks; default: the project's software camera, no real CamCube"}};
+  Param<std::string> device{this, "device", {.text = "usb: camera to open, by serial number or port, e.g. 1-2"}};
+  Param<InputFile> protocol{this,
+                            "protocol",
+                            {.text = "usb: description of the camera's protocol; default: that of the project's "
+                                     "software camera, not of a real CamCube"}};
   Param<InputFile> library{
       this, "library", {.text = "pmdsdk: path of libpmdaccess2.so; default: below $PMDDIR, /usr/local/pmd"}};
   Param<std::string> source_plugin{
       this,
       "source_plugin",
-      {.default_value = "camcube3", .text = "pmdsdk: of the camera; camcube3 for a CamCube 2.0 or 3.0, camcube for 2"}};
+      {.default_value = "camcube3",
+       .text = "pmdsdk: source plugin of the camera; camcube3 for a CamCube 2.0 or 3.0, camcube for 2"}};
   Param<std::string> source_parameter{
-      this, "source_parameter", {.text = "pmdsdk: what the source plugin is given, e.g. a serial number"}};
+      this, "source_parameter", {.text = "pmdsdk: parameter of the source plugin, e.g. a serial number"}};
   Param<std::string> processing_plugin{
-      this, "processing_plugin", {.default_value = "camcubeproc", .text = "pmdsdk: of the camera"}};
+      this, "processing_plugin", {.default_value = "camcubeproc", .text = "pmdsdk: processing plugin of the camera"}};
   Param<std::string> processing_parameter{
-      this, "processing_parameter", {.text = "pmdsdk: what the processing plugin is given"}};
+      this, "processing_parameter", {.text = "pmdsdk: parameter of the processing plugin"}};
   Param<Choice> deliver{this,
                         "deliver",
                         {.default_value = "raw",
@@ -102,16 +106,15 @@ struct CamCubeParameters : Source {
   Param<std::vector<double>> roi{
       this, "roi", {.min = 0, .text = "pmdsdk: region of interest, px: [x, y, width, height]; the profile's size"}};
   Param<std::string> exposure_mode{
-      this, "exposure_mode", {.text = "pmdsdk: Normal, SMB or DoubleExposure, as the camera knows"}};
+      this, "exposure_mode", {.text = "pmdsdk: Normal, SMB or DoubleExposure, if the camera supports it"}};
   Param<std::string> commands{this,
                               "commands",
                               {.text = "pmdsdk: further commands, separated by ;, those to the processing plugin "
                                        "begin with 'processing ', e.g. 'SetSoftOffset 0; processing SetFOV 40'"}};
   Param<InputFile> file{this, "file", {.text = "replay: a capture (.h5) with taps or phases, or a raw dump"}};
-  Param<Choice> pace{
-      this, "pace", {.default_value = "recorded", .choices = "recorded fast", .text = "replay: how fast"}};
-  Param<bool> loop{this, "loop", {.default_value = "false", .text = "replay: again and again"}};
-  Param<InputFile> scene{this, "scene", {.text = "simulated: what the camera looks at"}};
+  Param<Choice> pace{this, "pace", {.default_value = "recorded", .choices = "recorded fast", .text = "replay: speed"}};
+  Param<bool> loop{this, "loop", {.default_value = "false", .text = "replay: repeats the recording endlessly"}};
+  Param<InputFile> scene{this, "scene", {.text = "simulated: the scene in front of the camera"}};
   Param<std::int64_t> condition{this,
                                 "condition",
                                 {.default_value = "-1",

@@ -22,7 +22,7 @@ FrameAssembler::FrameAssembler(const Protocol& protocol, const RawSourceData& la
 void FrameAssembler::message(Bytes bytes) {
   if (protocol_.whole_frames) skipping_ = false;
   if (bytes.size() != message_bytes()) {
-    return spoil(fmt::format("a transfer brought {} bytes, {} of this camera has {}", bytes.size(),
+    return spoil(fmt::format("a transfer delivered {} bytes, {} of this camera has {}", bytes.size(),
                              protocol_.whole_frames ? "a frame" : "an image", message_bytes()));
   }
   if (!protocol_.whole_frames) return image(bytes);
@@ -34,7 +34,7 @@ void FrameAssembler::image(Bytes bytes) {
   if (!begins_well(header)) return;
   const std::uint64_t index = protocol_.image ? protocol_.image->read(header) : next_image_;
   if (index >= RawSourceData::images)
-    return spoil(fmt::format("a header says image {} of a frame that has {}", index, RawSourceData::images));
+    return spoil(fmt::format("a header states image {} of a frame that has {}", index, RawSourceData::images));
   if (begins_frame(header, index)) {
     if (next_image_ != 0) spoil(fmt::format("half a frame: its image {} is missing", next_image_));
     begin_frame(header);
@@ -102,10 +102,10 @@ bool FrameAssembler::take_settings() {
   frame_.modulation_frequency = value(protocol_.modulation_frequency, 1, defaults_.modulation_frequency);
   const double longest = defaults_.longest_time * (1 + 1e-9);
   if (protocol_.integration_time && !(frame_.integration_time > 0 && frame_.integration_time <= longest))
-    spoil(fmt::format("a header says an integration time of {:.0f} us, this camera has up to {:.0f} us",
+    spoil(fmt::format("a header states an integration time of {:.0f} us, this camera allows up to {:.0f} us",
                       frame_.integration_time * 1e6, defaults_.longest_time * 1e6));
   else if (protocol_.modulation_frequency && !(frame_.modulation_frequency > 0))
-    spoil("a header says a modulation frequency of 0 Hz");
+    spoil("a header states a modulation frequency of 0 Hz");
   else
     return true;
   return false;

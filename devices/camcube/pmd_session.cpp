@@ -38,7 +38,7 @@ PmdSession::PmdSession(std::shared_ptr<const PmdLibrary> library, const Settings
     throw SettingError("source_plugin",
                        fmt::format("{} cannot open the plugins '{}' and '{}': {}; {}", library_->path(),
                                    settings.source_plugin, settings.processing_plugin, text, library_->plugins()));
-  throw NotFound("backend", fmt::format("{} opens no camera: {}", library_->path(), text));
+  throw NotFound("backend", fmt::format("{} cannot open a camera: {}", library_->path(), text));
 }
 
 PmdSession::~PmdSession() {
@@ -171,8 +171,8 @@ void PmdSession::fetch_raw(RawFrame& frame) {
   check(library_->need<pmd::GetSourceDataSize>("pmdGetSourceDataSize", "deliver")(handle_, &bytes),
         "the size of the source data is not known");
   if (bytes != frame.bytes.size())
-    throw Fault(fmt::format("the camera gives {} bytes a frame, one of {} x {} px has {}: choose the profile of its "
-                            "size, and the same roi",
+    throw Fault(fmt::format("the camera delivers {} bytes per frame, a frame of {} x {} px has {}: choose the profile "
+                            "of its size, and the same roi",
                             bytes, layout_.columns, layout_.rows, frame.bytes.size()),
                 true);
   if (auto* describe = library_->find<pmd::GetSourceDataDescription>("pmdGetSourceDataDescription")) {

@@ -133,11 +133,11 @@ class PmdSdk final : public Backend {
     if (told_) return;
     told_ = true;
     if (!unknown.empty())
-      stage_.warn("the camera does not take these commands, whether these calibrations are on is not known: " +
+      stage_.warn("the camera does not accept these commands, so it is unknown whether these calibrations are on: " +
                   unknown);
     stage_.note(
-        "the vendor's calibrations (FPN, FPPN, linearity, lens) are switched off: distances are those that the camera "
-        "measures; vendor_calibration: true leaves them as they are");
+        "the vendor's calibrations (FPN, FPPN, linearity, lens) are switched off: distances are as measured by the "
+        "camera; vendor_calibration: true leaves them switched on");
   }
 
   std::string serial() const {

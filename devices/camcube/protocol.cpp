@@ -64,11 +64,10 @@ class ProtocolReader {
     protocol.whole_frames = reader.choice("message", messages) == "frame";
     if (const config::Entry* fields = reader.take("fields")) read_fields(fields->value, protocol);
     if (!protocol.whole_frames && !protocol.image && !protocol.number)
-      diagnostics_.error(
-          document.at,
-          "images come one by one, and their headers have neither 'image' nor 'number': nobody would see "
-          "where a frame begins",
-          "example: fields: {image: {offset: 4, type: u8}}, or message: frame");
+      diagnostics_.error(document.at,
+                         "images come one by one, and their headers have neither 'image' nor 'number': the beginning "
+                         "of a frame could not be detected",
+                         "example: fields: {image: {offset: 4, type: u8}}, or message: frame");
     if (const config::Entry* commands = reader.take("commands")) read_commands(commands->value, protocol);
     reader.finish();
     return protocol;

@@ -118,7 +118,7 @@ class Replay final : public Backend {
     for (const auto& [name, value] : {std::pair{"integration_time", settings_.integration_time},
                                       std::pair{"modulation_frequency", settings_.modulation_frequency}}) {
       if (std::isfinite(value))
-        throw SettingError(name, settings_.file + " was recorded with its own: it cannot be set");
+        throw SettingError(name, settings_.file + " is fixed by the recording: it cannot be set");
     }
     try {
       capture_ = std::make_unique<io::CaptureReader>(settings_.file);
@@ -150,13 +150,13 @@ class Replay final : public Backend {
         throw SettingError("frame_rate", settings_.file +
                                              " has no time stamps, and the camera's profile no frame rate: "
                                              "give it, e.g. frame_rate: 80 Hz");
-      stage_.note(fmt::format("{} has no time stamps: its pace is {} frames/s", settings_.file, 1 / period_));
+      stage_.note(fmt::format("{} has no time stamps: it is played at {} frames/s", settings_.file, 1 / period_));
       delivery.known |= TOFGRAPH_KNOWS_TIMESTAMP;
     }
     delivery.frames = settings_.loop ? 0 : recording_->frames();
     delivery.live = settings_.at_recorded_pace;
     delivery.text = fmt::format("recording {} ({}{}{})", settings_.file, config::counted(recording_->frames(), "frame"),
-                                settings_.at_recorded_pace ? ", at its pace" : ", as fast as possible",
+                                settings_.at_recorded_pace ? ", at its own speed" : ", as fast as possible",
                                 settings_.loop ? ", looped" : "");
     if (has_times_)
       learn_pace();
@@ -209,9 +209,10 @@ class Replay final : public Backend {
       for (std::size_t i = 0; i < capture_->channels().size(); ++i)
         if (capture_->channels()[i].name == wanted) return i;
     }
-    throw SettingError("file", fmt::format("{} has neither taps nor phases, which a camera gives; capture_reader reads "
-                                           "its distances",
-                                           settings_.file));
+    throw SettingError(
+        "file",
+        fmt::format("{} has neither taps nor phases, which a camera delivers; capture_reader reads its distances",
+                    settings_.file));
   }
 
   /// Derives the pace from time stamps, which are not reliable: they may decrease, or jump by years.

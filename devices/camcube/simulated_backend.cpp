@@ -35,7 +35,7 @@ class Simulated final : public Backend {
     reader_.pass_on(diagnostics);
     ModelReader::use_files(setup, simulation_->model(), simulation_->effects());
     if (std::isfinite(settings_.modulation_frequency))
-      throw SettingError("modulation_frequency", "is that of the scene's camera: it cannot be set");
+      throw SettingError("modulation_frequency", "is fixed by the scene's camera: it cannot be set");
     const tofgraph_camera& own = simulation_->camera();
     const tofgraph_camera* given = setup.stream().camera;
     if (given == nullptr)
@@ -49,16 +49,17 @@ class Simulated final : public Backend {
     if (std::isfinite(settings_.integration_time)) check_integration_time(settings_);
     period_ = 1 / (std::isfinite(settings_.frame_rate) ? settings_.frame_rate : settings_.nominal_frame_rate);
     if (!std::isfinite(period_))
-      throw SettingError("frame_rate", "the camera's profile has none, so it has to be given, e.g. frame_rate: 80 Hz");
+      throw SettingError("frame_rate", "the camera's profile has none, so it must be given, e.g. frame_rate: 80 Hz");
     if (settings_.condition >= static_cast<std::int64_t>(simulation_->conditions().size()))
-      throw SettingError("condition", fmt::format("the scene has {} conditions, counted from 0: {} is not there",
-                                                  simulation_->conditions().size(), settings_.condition));
+      throw SettingError("condition",
+                         fmt::format("the scene has {} conditions, counted from 0: condition {} does not exist",
+                                     simulation_->conditions().size(), settings_.condition));
     load(at(0));
     next_ = 0;
     Delivery delivery;
     delivery.channels = {"taps"};
     delivery.known = TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_MODULATION_FREQUENCY;
-    delivery.text = fmt::format("simulated camera before {}, {:.6g} frames/s", settings_.scene, 1 / period_);
+    delivery.text = fmt::format("simulated camera in front of {}, {:.6g} frames/s", settings_.scene, 1 / period_);
     return delivery;
   }
 
@@ -129,7 +130,7 @@ class Simulated final : public Backend {
     *start_ += late;
     start_ns_ += std::chrono::duration_cast<std::chrono::nanoseconds>(late).count();
     if (!std::exchange(told_, true))
-      stage_.warn(fmt::format("this computer does not simulate {:.6g} frames/s: the camera is slower", 1 / period_));
+      stage_.warn(fmt::format("this computer cannot simulate {:.6g} frames/s: the camera is slower", 1 / period_));
   }
 
   void write_taps(const Frame& frame, std::uint64_t index) const {

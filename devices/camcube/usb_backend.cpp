@@ -78,7 +78,7 @@ class Usb final : public Backend {
 
   std::string why_not_adjustable() const override {
     if (protocol_.integration_time && protocol_.has("integration_time")) return {};
-    return fmt::format("the protocol description {} has no command for it, or no place where the headers tell it",
+    return fmt::format("the protocol description {} has no command for it, or no header field that reports it",
                        protocol_.file.string());
   }
   double longest_integration_time() const override {

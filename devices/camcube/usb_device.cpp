@@ -161,8 +161,8 @@ UsbDevice::UsbDevice(libusb_context* context, const Protocol& protocol, const st
     throw NotFound("backend",
                    fmt::format("no camera {} is plugged in{}", id,
                                others.empty() ? ""
-                                              : fmt::format("; there is {}, which the protocol description {} is not "
-                                                            "for: its device: {{vendor: .., product: ..}}",
+                                              : fmt::format("; there is {}, which does not match the protocol "
+                                                            "description {}: its device: {{vendor: .., product: ..}}",
                                                             fmt::join(others, "; "), protocol.file.string())));
   }
   if (chosen == nullptr)

@@ -36,7 +36,7 @@ UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle
   for (Transfer& transfer : *transfers_) {
     transfer.owner = this;
     transfer.transfer.reset(libusb_alloc_transfer(0));
-    if (!transfer.transfer) throw Fault(fmt::format("there is no memory for {} transfers", transfers), true);
+    if (!transfer.transfer) throw Fault(fmt::format("out of memory for {} transfers", transfers), true);
     // A little more than a message, so that a message that is too long is detected; but if the message is a whole
     // number of packets, no short packet follows, and the transfer must end with it.
     transfer.buffer.resize(bytes % 512 == 0 ? bytes : room);
@@ -52,10 +52,10 @@ void UsbTransport::submit() {
     std::string why = error == LIBUSB_ERROR_NO_DEVICE ? "it was unplugged" : error_text(error);
     if (error == LIBUSB_ERROR_NO_MEM)
       why += fmt::format(
-          ": {} transfers of {} bytes are more than the system gives to USB; fewer 'transfers' in the "
+          ": {} transfers of {} bytes are more than the system allots to USB; fewer 'transfers' in the "
           "protocol description, or more MB in {}",
           transfers_->size(), transfer.buffer.size(), usb_memory_file);
-    throw Fault("the camera takes no transfers: " + why, true);
+    throw Fault("the camera accepts no transfers: " + why, true);
   }
 }
 
@@ -175,7 +175,7 @@ void UsbTransport::recover_from_stall() {
   if (!cancel_all()) {
     gone_ = true;
     stalled_ = false;
-    return report("the camera stalled, and its transfers do not come back", true);
+    return report("the camera stalled, and its transfers were not returned", true);
   }
   const int error = libusb_clear_halt(handle_, endpoint_);
   stalled_ = false;

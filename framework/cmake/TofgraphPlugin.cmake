@@ -21,9 +21,9 @@ function(tofgraph_kind_of file result)
   endforeach()
   list(LENGTH kinds count)
   if(NOT count EQUAL 1)
-    message(FATAL_ERROR "tofgraph_add_plugin: ${file} does not tell what it is: it has neither one class from "
+    message(FATAL_ERROR "tofgraph_add_plugin: the kind of ${file} is unknown: it has neither one class from "
                         "tofgraph::Source, Filter, Sink or LengthFilter, nor TOFGRAPH_EFFECT or TOFGRAPH_FORMAT. "
-                        "Say so: tofgraph_add_plugin(NAME FILE KIND source|filter|sink|effect|format)")
+                        "State it: tofgraph_add_plugin(NAME FILE KIND source|filter|sink|effect|format)")
   endif()
   set(${result} ${kinds} PARENT_SCOPE)
 endfunction()

@@ -159,7 +159,7 @@ Change change_between(const std::vector<double>& before, const std::vector<doubl
 std::string is_off(const Subject& subject) {
   const Bench bench(subject);
   const auto sizes = std::ranges::count_if(bench.parameters(), [](const auto& p) { return std::isfinite(p.off); });
-  if (sizes == 0) throw NotApplicable("no parameter has a value at which it is off");
+  if (sizes == 0) throw NotApplicable("no parameter has a value that switches the effect off");
   const bool same = asked([&] { return bench.taps(bench.at(&tofgraph_parameter::off)) == bench.ideal(); });
   if (!same) throw Violation("it changes the light although all its sizes are off");
   return {};
@@ -187,7 +187,8 @@ std::string stays_finite(const Subject& subject) {
       made = bench.make(bench.at_typical().data());
       bench.taps({made});
     } catch (const Refusal& refusal) {
-      if (made) throw Violation(fmt::format("it is made {} and then refuses the light: {}", typical, refusal.what()));
+      if (made)
+        throw Violation(fmt::format("it is created {} and then refuses the light: {}", typical, refusal.what()));
     }
   }
   for (const tofgraph_parameter& p : bench.parameters()) {
@@ -227,12 +228,12 @@ std::string changes_smoothly(const Subject& subject) {
     if (size <= rounding) continue;
     ++compared;
     if (norm(rest) > 0.05 * size + rounding)
-      throw Violation(fmt::format(
-          "the light does not change smoothly with '{}': differences over 1 % and 0.1 % of its typical size "
-          "disagree by {:.0f} %, so a search goes astray",
-          p.name, 100 * norm(rest) / size));
+      throw Violation(
+          fmt::format("the light does not change smoothly with '{}': differences over 1 % and 0.1 % of its typical "
+                      "size disagree by {:.0f} %, which misleads a search",
+                      p.name, 100 * norm(rest) / size));
   }
-  if (compared == 0) throw NotApplicable("no parameter of a typical size changes the light");
+  if (compared == 0) throw NotApplicable("no parameter at its typical size changes the light");
   return {};
 }
 
@@ -251,9 +252,12 @@ std::string touches_what_it_says(const Subject& subject) {
     any = any || (declares(observables.at(o)) && change.at(o) > 1e-9);
     const bool light = (o == 1 || o == 2) && (declares("amplitude") || declares("intensity"));  // both are light
     if (!declares(observables.at(o)) && !light && change.at(o) > 0.5 * most)
-      throw Violation(fmt::format("it changes '{}' as much as anything, and does not declare it", observables.at(o)));
+      throw Violation(fmt::format(
+          "it changes '{}' as much as the observables that it declares, and does not declare it", observables.at(o)));
   }
-  if (!any) throw Violation(fmt::format("it changes nothing of what it declares: {}", bench.plugin().effect->touches));
+  if (!any)
+    throw Violation(
+        fmt::format("it changes none of the observables that it declares: {}", bench.plugin().effect->touches));
   return told;
 }
 
@@ -265,7 +269,7 @@ std::string effect_repeats(const Subject& subject) {
     return std::ranges::equal(taps, expected, [](double a, double b) { return a == b || (a != a && b != b); });
   };
   if (!same(bench.taps({effect})) || !same(bench.taps(bench.at_typical())))
-    throw Violation("it gives other light for the same light");
+    throw Violation("it gives different results for the same light");
   std::array<bool, 4> right{};
   std::vector<std::thread> threads;
   for (bool& result : right) {
@@ -276,7 +280,7 @@ std::string effect_repeats(const Subject& subject) {
   }
   for (std::thread& thread : threads) thread.join();
   if (!std::ranges::all_of(right, [](bool r) { return r; }))
-    throw Violation("it gives other light when it is applied on several threads at the same time: a data race");
+    throw Violation("it gives different results when it is applied on several threads at the same time: a data race");
   return {};
 }
 

@@ -39,13 +39,13 @@ std::string refuses_rubbish(const Subject& subject) {
     host.profile = [](void*, const char*) {};
     void* opened = format.open(file.c_str(), &host);
     if (opened == nullptr && heard.failure.empty())
-      throw Violation(fmt::format("it refuses a file of {} random bytes without saying why", size));
+      throw Violation(fmt::format("it refuses a file of {} random bytes without an error message", size));
     if (opened != nullptr) {
       ++taken;
       format.close(opened);
     }
   }
-  return taken != 0 ? fmt::format("{} of 8 were taken for its own", taken) : "";
+  return taken != 0 ? fmt::format("{} of 8 were accepted as its own", taken) : "";
 }
 
 }  // namespace tofgraph::conformance

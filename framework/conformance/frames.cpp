@@ -55,7 +55,7 @@ std::string keeps_lengths(const Subject& subject) {
   tofgraph_frame frame = trial->frame(0);
   bool left = false;
   const std::string refusal = or_refuses([&] { left = trial->process(frame); });
-  if (!left) throw NotApplicable(refusal.empty() ? "no frame leaves" : refusal);
+  if (!left) throw NotApplicable(refusal.empty() ? "it outputs no frame" : refusal);
   std::size_t seen = 0;
   for (const graph::Channel& channel : trial->output().channels) {
     const tofgraph_frame::Channel* found = frame.find(channel.name);
@@ -66,10 +66,10 @@ std::string keeps_lengths(const Subject& subject) {
       ++seen;
       if (length < 1e-3F || length > 100)
         throw Violation(
-            fmt::format("'{}' is {} m where about 1 m arrives: is it in another unit?", channel.name, length));
+            fmt::format("'{}' is {} m for an input of about 1 m: is it in another unit?", channel.name, length));
     }
   }
-  if (seen == 0) throw NotApplicable("no length leaves");
+  if (seen == 0) throw NotApplicable("it outputs no length");
   return {};
 }
 
@@ -159,7 +159,8 @@ std::string takes_gaps(const Subject& subject) {
     const std::vector<std::size_t> expected = plain->digests(2);
     Trial trial(subject, gapped, {.watched = false});
     if (trial.digests(2) != expected)
-      throw Violation("it gives other frames when the rows of a channel have gaps between them: strides count");
+      throw Violation(
+          "it gives different frames when the rows of a channel have gaps between them: it must use the strides");
   });
 }
 

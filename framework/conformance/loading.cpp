@@ -162,7 +162,7 @@ std::string reads_its_values(const Subject& subject) {
       ++compared;
     }
   }
-  if (compared == 0) throw NotApplicable("no parameter has a value that can be made up");
+  if (compared == 0) throw NotApplicable("no parameter has a value that can be generated");
   return fmt::format("{} values", compared);
 }
 
@@ -202,7 +202,7 @@ std::string lives_often(const Subject& subject) {
   const auto grown = static_cast<std::int64_t>(memory_in_use()) - static_cast<std::int64_t>(before);
   const double each = static_cast<double>(grown) / (lives - first);
   if (each > limit)
-    throw Violation(fmt::format("it leaks: {:.0f} bytes are kept each time that it is made and destroyed", each));
+    throw Violation(fmt::format("it leaks: {:.0f} bytes are kept each time it is created and destroyed", each));
   return {};
 }
 

@@ -19,7 +19,7 @@ constexpr std::uint64_t frame_count = 8;
 /// @throws NotApplicable if the stage is not declared stateless or refuses its frames
 std::unique_ptr<Trial> stateless(const Subject& subject) {
   if ((subject.plugin().flags & TOFGRAPH_STAGE_STATELESS) == 0)
-    throw NotApplicable("it says that it works frame by frame, in their order");
+    throw NotApplicable("it declares that it works frame by frame, in order");
   std::unique_ptr<Trial> trial = ready(subject, {.watched = false});
   if (const std::string refusal = or_refuses([&] { trial->digests(1); }); !refusal.empty())
     throw NotApplicable(refusal);
@@ -67,7 +67,7 @@ std::string repeats(const Subject& subject) {
   const std::unique_ptr<Trial> first = ready(subject, {.watched = false}), second = ready(subject, {.watched = false});
   return or_refuses([&] {
     const std::vector<std::size_t> once = first->digests(3), again = second->digests(3);
-    if (once != again) throw Violation("two stages with the same settings give other frames for the same frames");
+    if (once != again) throw Violation("two stages with the same settings give different results for the same frames");
   });
 }
 
@@ -78,8 +78,8 @@ std::string remembers_nothing(const Subject& subject) {
     tofgraph_frame frame = trial->frame(i);
     if ((trial->process(frame) ? Trial::digest(frame) : 0) != forwards[i])
       throw Violation(
-          "it remembers frames although it says that it is stateless: a frame that comes after another one becomes "
-          "something else");
+          "it remembers frames although it declares itself stateless: the result of a frame depends on the frame "
+          "before it");
   }
   return {};
 }
@@ -105,15 +105,15 @@ std::string runs_on_threads(const Subject& subject) {
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < errors.size(); ++i) threads.emplace_back(work, i);
   for (std::thread& thread : threads) thread.join();
-  if (differs) throw Violation("frames become something else when several are in work at the same time: a data race");
+  if (differs) throw Violation("results differ when several frames are processed at the same time: a data race");
   for (const std::string& error : errors)
-    if (!error.empty()) throw Violation("with several frames in work at the same time it fails: " + error);
+    if (!error.empty()) throw Violation("it fails when several frames are processed at the same time: " + error);
   return {};
 }
 
 std::string is_steady(const Subject& subject) {
   if ((subject.plugin().flags & TOFGRAPH_STAGE_STEADY) == 0)
-    throw NotApplicable("it does not say that it allocates nothing");
+    throw NotApplicable("it does not declare that it allocates no memory");
   if (!memory_is_counted) throw NotApplicable("the sanitizer's memory cannot be counted");
   const std::unique_ptr<Trial> trial = ready(subject, for_many_frames(subject));
   const std::vector<tofgraph_frame> later = arriving(*trial, 20);
@@ -132,7 +132,7 @@ std::string is_steady(const Subject& subject) {
     }
     if (calls >= later.size())
       throw Violation(
-          fmt::format("it asks for memory {} times a frame, but says that it does not", calls / later.size()));
+          fmt::format("it allocates memory {} times per frame, but declares that it does not", calls / later.size()));
   } catch (const Refusal& refusal) {
     throw NotApplicable(refusal.what());
   }
@@ -183,14 +183,14 @@ std::string is_quick(const Subject& subject) {
     } catch (const std::runtime_error&) {  // needs files or is broken
     }
   }
-  if (others.size() < 5) throw NotApplicable("there are too few others of its kind");
+  if (others.size() < 5) throw NotApplicable("there are too few other plugins of its kind");
   std::ranges::nth_element(others, others.begin() + static_cast<std::ptrdiff_t>(others.size() / 2));
   const double median = others[others.size() / 2];
   const std::unique_ptr<Trial> trial = ready(subject, {.watched = false});
   double own = 0;
   if (const std::string refusal = or_refuses([&] { own = seconds_of(*trial); }); !refusal.empty())
     throw NotApplicable(refusal);
-  std::string told = fmt::format("{:.3g} ms a frame, the median of its kind is {:.3g} ms", 1e3 * own, 1e3 * median);
+  std::string told = fmt::format("{:.3g} ms per frame, the median of its kind is {:.3g} ms", 1e3 * own, 1e3 * median);
   // Half of the filters only copy, so a neighbourhood search would fail a limit based on their median alone.
   constexpr double long_time = 0.1;  // s
   if (own > std::max(1000 * median, long_time)) throw Violation(told);

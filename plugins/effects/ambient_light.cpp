@@ -21,7 +21,7 @@ struct AmbientLight final : Effect {
                       .default_value = "0 counts/s",
                       .min = 0,
                       .max = 1e12,
-                      .text = "of both taps together",
+                      .text = "sum over both taps",
                       .off = 0,
                       .typical = 1e5}};
   Param<std::string> label{this, "label", {.text = "the ambient that the rate is for; default: every one but dark"}};

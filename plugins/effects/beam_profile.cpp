@@ -18,7 +18,7 @@ struct BeamProfile final : Effect {
                      .default_value = "0 rad",
                      .min = -1,
                      .max = 1,
-                     .text = "of each axis, outwards",
+                     .text = "tilt of each axis, outwards",
                      .off = 0,
                      .typical = 20e-3,
                      .nested = true}};

@@ -31,14 +31,15 @@ struct Crosstalk final : Effect {
                            .off = 0,
                            .typical = 1500}};
 
-  Param<double> spread{this,
-                       "spread",
-                       {.unit = "counts/s",
-                        .default_value = "0 counts/s",
-                        .min = 0,
-                        .max = 1e8,
-                        .text = "standard deviation of each part from pixel to pixel: drawn, normal and independent"}};
-  Param<std::int64_t> seed{this, "seed", {.default_value = "2", .min = 0, .text = "of what is drawn"}};
+  Param<double> spread{
+      this,
+      "spread",
+      {.unit = "counts/s",
+       .default_value = "0 counts/s",
+       .min = 0,
+       .max = 1e8,
+       .text = "standard deviation of each part from pixel to pixel: drawn at random, normal and independent"}};
+  Param<std::int64_t> seed{this, "seed", {.default_value = "2", .min = 0, .text = "seed of the random draw"}};
 
   void apply(PhasorLevel& light) const {
     if (*real == 0 && *imaginary == 0 && *spread == 0) return;

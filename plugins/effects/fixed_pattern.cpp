@@ -13,18 +13,19 @@ struct FixedPattern final : Effect {
       .confused_with = "lens_distortion principal_point board_tilt source_phase source_position stray_light",
       .experiment = "three distances or more of a flat wall; roll of the camera by 90 or 180 deg"};
   Param<double> scale{
-      this, "scale", {.default_value = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
+      this,
+      "scale",
+      {.default_value = "0", .min = -100, .max = 100, .text = "factor of the maps", .off = 0, .typical = 1}};
   Param<Image> map{this, "map", {.unit = "m", .text = "offsets: {file, dataset, unit}, height x width"}};
   Param<Image> slope_map{this, "slope_map", {.text = "m per m: {file, dataset}, height x width"}};
-  Param<double> spread{
-      this,
-      "spread",
-      {.unit = "m",
-       .default_value = "0 mm",
-       .min = 0,
-       .max = 1,
-       .text = "standard deviation of offsets that are drawn, normal and independent: where no map is known"}};
-  Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "of the drawn offsets"}};
+  Param<double> spread{this,
+                       "spread",
+                       {.unit = "m",
+                        .default_value = "0 mm",
+                        .min = 0,
+                        .max = 1,
+                        .text = "standard deviation of random offsets, normal and independent, if no map is known"}};
+  Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "seed of the random offsets"}};
 
   void prepare(Setup&) const {
     if (*scale != 0 && map->empty() && slope_map->empty() && *spread == 0)

@@ -48,7 +48,7 @@ struct IntegrationTimeOffset final : Effect {
   Param<double> reference_time{
       this, "reference_time", {.unit = "s", .default_value = "1 ms", .min = 1e-7, .max = 10, .text = "t0, not fitted"}};
   Param<InputFile> table{
-      this, "table", {.text = "lines of integration time in ms, comma, offset in mm; instead of both"}};
+      this, "table", {.text = "table instead of both: lines of integration time in ms, comma, offset in mm"}};
 
   void prepare(Setup&) {
     if (!table->empty()) read_table();

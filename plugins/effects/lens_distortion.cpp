@@ -14,7 +14,7 @@ struct LensDistortion final : Effect {
     return {.default_value = "0",
             .min = -2,
             .max = 2,
-            .text = "added to the profile's",
+            .text = "coefficient that is added to the profile's",
             .off = 0,
             .typical = typical,
             .nested = nested};

@@ -16,7 +16,7 @@ struct ModulationFrequency final : Effect {
                       {.default_value = "0",
                        .min = -0.1,
                        .max = 0.1,
-                       .text = "of the frequency, relative",
+                       .text = "relative error of the frequency",
                        .off = 0,
                        .typical = 300e-6}};
 

@@ -18,7 +18,7 @@ struct Motion final : Effect {
                               .default_value = "0 mm",
                               .min = -0.1,
                               .max = 0.1,
-                              .text = "from one phase image to the next, positive away from the camera",
+                              .text = "displacement from one phase image to the next, positive away from the camera",
                               .off = 0,
                               .typical = 1e-3}};
 

@@ -14,14 +14,14 @@ struct Multipath final : Effect {
   Param<double> strength{
       this,
       "strength",
-      {.default_value = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
+      {.default_value = "0", .min = 0, .max = 1, .text = "fraction of the direct light", .off = 0, .typical = 0.03}};
   Param<double> extra_path{this,
                            "extra_path",
                            {.unit = "m",
                             .default_value = "0.5 m",
                             .min = 0,
                             .max = 20,
-                            .text = "how much longer the whole path is",
+                            .text = "additional length of the whole path",
                             .typical = 0.5}};
 
   void apply(PhasorLevel& light) const {

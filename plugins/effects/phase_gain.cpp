@@ -30,7 +30,7 @@ struct PhaseGain final : Effect {
     const std::size_t images = setup.exposures().size;
     if (images < 4 && *gain3 != 0)
       throw ConfigError("gain3",
-                        "is that of image 3, but the camera takes " + std::to_string(images) + " images, 0 to 2");
+                        "applies to image 3, but the camera takes " + std::to_string(images) + " images, 0 to 2");
     if (further->size() + 4 > std::max<std::size_t>(images, 4))
       throw ConfigError("further", "has " + std::to_string(further->size()) + " values, but the camera takes " +
                                        std::to_string(images) + " images, and these are for the images from 4 on");

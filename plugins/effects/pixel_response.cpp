@@ -11,7 +11,9 @@ struct PixelResponse final : Effect {
                                    .confused_with = "beam_profile vignetting",
                                    .experiment = "dark frames; a uniform source"};
   Param<double> scale{
-      this, "scale", {.default_value = "0", .min = -100, .max = 100, .text = "of the maps", .off = 0, .typical = 1}};
+      this,
+      "scale",
+      {.default_value = "0", .min = -100, .max = 100, .text = "factor of the maps", .off = 0, .typical = 1}};
   Param<Image> map{this, "map", {.text = "relative sensitivity minus 1: {file, dataset}, height x width"}};
   Param<Image> dark_map{this, "dark_map", {.unit = "counts", .text = "{file, dataset, unit}, height x width"}};
   Param<Image> dark_rate_map{

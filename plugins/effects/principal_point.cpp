@@ -17,7 +17,7 @@ struct PrincipalPoint final : Effect {
                    .default_value = "0 px",
                    .min = -100,
                    .max = 100,
-                   .text = "to the right",
+                   .text = "shift to the right",
                    .off = 0,
                    .typical = 1.2}};
   Param<double> y{

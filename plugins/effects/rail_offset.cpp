@@ -17,7 +17,7 @@ struct RailOffset final : Effect {
                         .default_value = "0 mm",
                         .min = -1,
                         .max = 1,
-                        .text = "of the distances",
+                        .text = "offset of the distances",
                         .off = 0,
                         .typical = 5e-3}};
 

@@ -16,14 +16,14 @@ struct RailReflection final : Effect {
   Param<double> strength{
       this,
       "strength",
-      {.default_value = "0", .min = 0, .max = 1, .text = "of the direct light", .off = 0, .typical = 0.03}};
+      {.default_value = "0", .min = 0, .max = 1, .text = "fraction of the direct light", .off = 0, .typical = 0.03}};
   Param<double> height{this,
                        "height",
                        {.unit = "m",
                         .default_value = "0.4 m",
                         .min = 0.01,
                         .max = 10,
-                        .text = "h, of the axis above the rail",
+                        .text = "h, height of the axis above the rail",
                         .typical = 0.4}};
 
   void apply(PhasorLevel& light) const {

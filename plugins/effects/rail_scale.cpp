@@ -11,10 +11,14 @@ struct RailScale final : Effect {
                                    .confused_with = "modulation_frequency",
                                    .experiment = "a standard of length that does not depend on the rail",
                                    .scope = TOFGRAPH_SCOPE_SETUP};
-  Param<double> scale{
-      this,
-      "scale",
-      {.default_value = "0", .min = -0.1, .max = 0.1, .text = "of the distances, relative", .off = 0, .typical = 1e-3}};
+  Param<double> scale{this,
+                      "scale",
+                      {.default_value = "0",
+                       .min = -0.1,
+                       .max = 0.1,
+                       .text = "relative error of the distances",
+                       .off = 0,
+                       .typical = 1e-3}};
 
   void apply(GeometryLevel& light) const {
     if ((light.condition().flags & TOFGRAPH_CONDITION_LASER) == 0) light.state.scale += *scale;

@@ -12,10 +12,14 @@ struct Saturation final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity null1 null2 variance",
                                    .confused_with = "adc_nonlinearity",
                                    .experiment = "a series of integration times on a bright near target"};
-  Param<double> full_well{
-      this,
-      "full_well",
-      {.unit = "counts", .default_value = "none", .min = 1, .max = 1e9, .choices = "none", .text = "of a tap"}};
+  Param<double> full_well{this,
+                          "full_well",
+                          {.unit = "counts",
+                           .default_value = "none",
+                           .min = 1,
+                           .max = 1e9,
+                           .choices = "none",
+                           .text = "full well of a tap"}};
 
   void apply(ReadoutLevel& light) const {
     if (full_well.keyword() == "none") return;

@@ -15,7 +15,7 @@ struct SourceAmplitude final : Effect {
                       {.default_value = "0",
                        .min = -1.9,
                        .max = 1.9,
-                       .text = "how much brighter the right one is",
+                       .text = "relative excess brightness of the right source",
                        .off = 0,
                        .typical = 0.1}};
 

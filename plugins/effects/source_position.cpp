@@ -30,4 +30,4 @@ struct SourcePosition final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::SourcePosition, "Sources at positions other than the profile says")
+TOFGRAPH_EFFECT(tofgraph::SourcePosition, "Sources at other positions than in the profile")

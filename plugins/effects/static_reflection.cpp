@@ -11,7 +11,7 @@ struct StaticReflection final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",
       .confused_with = "crosstalk",
-      .experiment = "a capped lens, with which only crosstalk stays; covering what stands in front of the camera"};
+      .experiment = "a capped lens, which leaves only crosstalk; covering the objects in front of the camera"};
   Param<double> strength{this,
                          "strength",
                          {.unit = "counts/s",
@@ -27,7 +27,7 @@ struct StaticReflection final : Effect {
                           .default_value = "200 mm",
                           .min = 0,
                           .max = 100,
-                          .text = "half of the path of its light",
+                          .text = "half of the path length of its light",
                           .typical = 0.2}};
 
   void apply(PhasorLevel& light) const {
@@ -44,4 +44,4 @@ struct StaticReflection final : Effect {
 
 }  // namespace tofgraph
 
-TOFGRAPH_EFFECT(tofgraph::StaticReflection, "Light from something that is fixed to the camera")
+TOFGRAPH_EFFECT(tofgraph::StaticReflection, "Light reflected by an object fixed to the camera")

@@ -22,7 +22,7 @@ struct SurfaceReflectance final : Effect {
                            .default_value = "0 rad",
                            .min = 0,
                            .max = 1.5,
-                           .text = "of Oren and Nayar; 0: f_on = 1",
+                           .text = "roughness of Oren and Nayar; 0: f_on = 1",
                            .off = 0,
                            .typical = 0.3}};
 

@@ -10,10 +10,14 @@ struct TemporalNoise final : Effect {
   static constexpr EffectInfo info{.touches = "variance",
                                    .confused_with = "motion",
                                    .experiment = "the variance as a function of the intensity: slope and intercept"};
-  Param<double> factor{
-      this,
-      "factor",
-      {.default_value = "1", .min = 0, .max = 1000, .text = "of the standard deviation", .off = 1, .typical = 2}};
+  Param<double> factor{this,
+                       "factor",
+                       {.default_value = "1",
+                        .min = 0,
+                        .max = 1000,
+                        .text = "factor of the standard deviation",
+                        .off = 1,
+                        .typical = 2}};
 
   void apply(TapsLevel& light) const { light.state.noise_factor *= *factor; }
 };

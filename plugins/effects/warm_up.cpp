@@ -12,14 +12,14 @@ struct WarmUp final : Effect {
       .touches = "distance amplitude intensity",
       .confused_with = "integration_time_offset rail_offset zero_offset",
       .experiment =
-          "one board again and again from a minute after power-on; a random order of the conditions; temperatures"};
+          "one board measured repeatedly from a minute after power-on; a random order of the conditions; temperatures"};
   Param<double> drift{this,
                       "drift",
                       {.unit = "m",
                        .default_value = "0 mm",
                        .min = -1,
                        .max = 1,
-                       .text = "of the distance until it is warm",
+                       .text = "drift of the distance until the camera is warm",
                        .off = 0,
                        .typical = 10e-3}};
   Param<double> time_constant{
@@ -31,7 +31,7 @@ struct WarmUp final : Effect {
                       {.default_value = "0",
                        .min = -0.9,
                        .max = 0.9,
-                       .text = "of the light until it is warm",
+                       .text = "decrease of the light until the camera is warm",
                        .off = 0,
                        .typical = 0.03}};
   Param<double> slow_drift{this,
@@ -40,7 +40,7 @@ struct WarmUp final : Effect {
                             .default_value = "0 mm",
                             .min = -1,
                             .max = 1,
-                            .text = "of a second, slower process",
+                            .text = "amplitude of a second, slower drift",
                             .off = 0,
                             .typical = 5e-3,
                             .nested = true}};
@@ -50,7 +50,7 @@ struct WarmUp final : Effect {
                                     .default_value = "4 h",
                                     .min = 1,
                                     .max = 360000,
-                                    .text = "of the slow drift",
+                                    .text = "time constant of the slow drift",
                                     .typical = 14400,
                                     .nested = true}};
   Param<double> exponent{this,
@@ -58,7 +58,7 @@ struct WarmUp final : Effect {
                          {.default_value = "0",
                           .min = -4,
                           .max = 4,
-                          .text = "of the integration time, which heats",
+                          .text = "exponent of the integration time, which heats the camera",
                           .off = 0,
                           .typical = 0.3,
                           .nested = true}};
@@ -68,7 +68,7 @@ struct WarmUp final : Effect {
                                 .default_value = "1 ms",
                                 .min = 1e-7,
                                 .max = 10,
-                                .text = "integration time of which the drifts are, not fitted"}};
+                                .text = "integration time at which the drifts apply, not fitted"}};
 
   void apply(PhasorLevel& light) const {
     const double time = light.condition().time_since_power_on;

@@ -32,7 +32,8 @@ struct Wiggling final : Effect {
             .typical = 1,
             .nested = nested};
   }
-  Param<double> amplitude{this, "amplitude", size("of the error due to the third harmonic, as a length", 5e-3, false)};
+  Param<double> amplitude{this, "amplitude",
+                          size("amplitude of the error due to the third harmonic, as a length", 5e-3, false)};
   Param<double> phase{this, "phase", angle("psi3", false)};
   Param<double> amplitude5{this, "amplitude5", size("the same for the fifth harmonic", 2e-3)};
   Param<double> phase5{this, "phase5", angle("psi5")};

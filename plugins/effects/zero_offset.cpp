@@ -17,7 +17,7 @@ struct ZeroOffset final : Effect {
                         .default_value = "0 mm",
                         .min = -100,
                         .max = 100,
-                        .text = "added to the half path",
+                        .text = "offset that is added to the half path",
                         .off = 0,
                         .typical = 20e-3}};
 

@@ -23,7 +23,7 @@ struct AddNoise final : Filter {
                            .max = 1e3,
                            .text = "standard deviation of the noise, e.g. 10 mm",
                            .live = true}};
-  Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "of the random numbers"}};
+  Param<std::int64_t> seed{this, "seed", {.default_value = "1", .min = 0, .text = "seed of the random numbers"}};
 
   void prepare(const Setup& setup) {
     check_sigma(setup, sigma.present(), image.channel());
@@ -53,4 +53,4 @@ struct AddNoise final : Filter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::AddNoise, "White Gaussian noise on a length, to test what follows")
+TOFGRAPH_STAGE(tofgraph::AddNoise, "White Gaussian noise on a length, to test the following stages")

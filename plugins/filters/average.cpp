@@ -137,20 +137,22 @@ HWY_EXPORT(Give);
 /// frame stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the
 /// last.
 struct Average final : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "what is averaged", .adds = "averaged"}};
+  InOut<float> image{this, "depth|range|distance", {.text = "channel to average", .adds = "averaged"}};
   InOut<float> amplitude{
       this, "amplitude", {.optional = true, .text = "also averaged, over the frames in which it is a number"}};
-  InOut<float> sigma{this, "sigma", {.optional = true, .text = "created or replaced: that of the mean"}};
+  InOut<float> sigma{this, "sigma", {.optional = true, .text = "created or replaced: sigma of the mean"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "combined over the frames"}};
   Param<std::int64_t> frames{
-      this, "frames", {.default_value = "10", .min = 1, .max = 1e6, .text = "how many frames are averaged into one"}};
+      this,
+      "frames",
+      {.default_value = "10", .min = 1, .max = 1e6, .text = "number of frames that are averaged into one"}};
   Param<bool> running{
-      this, "running", {.default_value = "false", .text = "one for each incoming frame, over the last `frames`"}};
+      this, "running", {.default_value = "false", .text = "one mean for each incoming frame, over the last `frames`"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "what is averaged; auto: the first of these that exists"}};
+                         .text = "channel to average; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     const std::uint64_t come = setup.stream().frames, wanted = static_cast<std::uint64_t>(*frames);

@@ -56,5 +56,5 @@ struct Bilateral final : WindowFilter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Bilateral, "Averages each pixel with those nearby that have a similar length")
+TOFGRAPH_STAGE(tofgraph::Bilateral, "Averages each pixel with nearby pixels of similar length")
 #endif

@@ -15,10 +15,10 @@ namespace tofgraph {
 /// history are kept; no memory is copied. The rays belong to the camera and are unchanged.
 struct Channels final : Filter {
   In<void> every{this, "*", {.text = "the channels to choose from"}};
-  Param<std::string> keep{this, "keep", {.text = "which to keep, e.g. [depth, flags]; default: all"}};
-  Param<std::string> drop{this, "drop", {.text = "which to remove, e.g. [sigma]"}};
+  Param<std::string> keep{this, "keep", {.text = "channels to keep, e.g. [depth, flags]; default: all"}};
+  Param<std::string> drop{this, "drop", {.text = "channels to remove, e.g. [sigma]"}};
   Param<std::string> rename{
-      this, "rename", {.text = "which to rename: [old=new, ...], e.g. [distance=distance_short]"}};
+      this, "rename", {.text = "channels to rename: [old=new, ...], e.g. [distance=distance_short]"}};
 
   void prepare(Setup& setup) {
     if (!keep.given() && !drop.given() && !rename.given())
@@ -55,7 +55,7 @@ struct Channels final : Filter {
     std::string all;
     for (const tofgraph_channel& channel : setup.channels())
       if (std::string_view(channel.name) != "rays") all += (all.empty() ? "" : ", ") + std::string(channel.name);
-    throw ConfigError(parameter, "there is no '" + name + "'; what arrives has " + all);
+    throw ConfigError(parameter, "there is no '" + name + "'; the input has " + all);
   }
 
   static std::vector<std::string> names(const Setup& setup, const char* parameter, const std::string& text) {

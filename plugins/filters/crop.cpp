@@ -23,7 +23,9 @@ struct Crop final : Filter {
   Param<double> minimum{this, "minimum", {.unit = "m", .text = "shorter lengths are marked invalid"}};
   Param<double> maximum{this, "maximum", {.unit = "m", .text = "longer lengths are marked invalid"}};
   Param<double> minimum_amplitude{
-      this, "minimum_amplitude", {.unit = "counts", .min = 0, .text = "pixels with less are marked invalid"}};
+      this,
+      "minimum_amplitude",
+      {.unit = "counts", .min = 0, .text = "pixels with a smaller amplitude are marked invalid"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
@@ -38,7 +40,7 @@ struct Crop final : Filter {
       throw ConfigError("maximum", "must be greater than minimum");
     if (minimum.given() || maximum.given()) length_ = find_length(setup);
     if (minimum_amplitude.given() && setup.find("amplitude") == nullptr)
-      throw ConfigError("minimum_amplitude", "what arrives has no amplitude");
+      throw ConfigError("minimum_amplitude", "the input has no amplitude");
     if (marks()) flags.provide(setup);
     lengths_.prepare(setup, {});
     for (const tofgraph_channel& c : setup.channels()) {
@@ -94,13 +96,12 @@ struct Crop final : Filter {
       width_ = c.extent[row + 1];
       return;
     }
-    throw std::runtime_error("what arrives has no image to cut");
+    throw std::runtime_error("the input has no image to crop");
   }
 
   static Bounds bounds(const std::string& name, const std::vector<double>& given, std::size_t size) {
     if (given.empty()) return {0, size};
-    if (size == 0)
-      throw ConfigError(name, "what arrives changes in size, like a cloud: there is no fixed region to cut");
+    if (size == 0) throw ConfigError(name, "the input changes in size, like a cloud: there is no fixed region to crop");
     const std::string all = "0 to " + std::to_string(size - 1);
     if (given.size() != 2)
       throw ConfigError(name, "needs two numbers, first and last, e.g. [10, " + std::to_string(size - 1) + "]");
@@ -115,8 +116,8 @@ struct Crop final : Filter {
     for (const char* name : {"depth", "range", "distance"}) {
       if ((*channel == "auto" || *channel == name) && setup.find(name) != nullptr) return name;
     }
-    throw ConfigError("channel", "what arrives has no " + (*channel == "auto" ? std::string("depth, range or distance")
-                                                                              : std::string(*channel)));
+    throw ConfigError("channel", "the input has no " + (*channel == "auto" ? std::string("depth, range or distance")
+                                                                           : std::string(*channel)));
   }
 
   /// Announces the cropped image; other channels are unchanged.

@@ -46,7 +46,9 @@ struct DecoderImages {
 /// light.
 struct Decoder : Filter {
   In<std::uint16_t> taps{
-      this, "taps", {.shape = "P 2 H W", .optional = true, .text = "read first: they show saturation and light"}};
+      this,
+      "taps",
+      {.shape = "P 2 H W", .optional = true, .text = "read first: saturation and intensity follow from them"}};
   In<void> phases{this,
                   "phases",
                   {.shape = "P H W", .optional = true, .text = "read if there are no taps; float32, int16 or int32"}};
@@ -58,16 +60,20 @@ struct Decoder : Filter {
       "intensity",
       {.optional = true, .text = "mean of the tap samples; not available from phases", .from = "taps"}};
   Out<float> sigma{
-      this, "sigma", {.optional = true, .text = "if the noise is known", .from = "taps phases", .of = "distance"}};
+      this,
+      "sigma",
+      {.optional = true, .text = "written if the noise is known", .from = "taps phases", .of = "distance"}};
 
   Param<double> modulation_frequency{
       this,
       "modulation_frequency",
-      {.unit = "Hz", .min = 1e3, .max = 1e10, .text = "instead of the frames' own, e.g. 20 MHz"}};
-  Param<double> min_amplitude{
-      this,
-      "min_amplitude",
-      {.unit = "counts", .default_value = "0 counts", .min = 0, .text = "less is flagged as low signal"}};
+      {.unit = "Hz", .min = 1e3, .max = 1e10, .text = "replaces the frames' own frequency, e.g. 20 MHz"}};
+  Param<double> min_amplitude{this,
+                              "min_amplitude",
+                              {.unit = "counts",
+                               .default_value = "0 counts",
+                               .min = 0,
+                               .text = "a smaller amplitude is flagged as low signal"}};
   Param<bool> invalidate_low_signal{
       this, "invalidate_low_signal", {.default_value = "false", .text = "pixels of low signal become invalid"}};
   Param<bool> invalidate_saturated{
@@ -86,14 +92,14 @@ struct Decoder : Filter {
   /// Checks the samples and announces the outputs.
   void prepare_samples(const Setup& setup) {
     if (!taps.present() && !phases.present())
-      throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
+      throw std::runtime_error("needs taps or phases, e.g. from a recording with raw samples");
     exposures_ = physics::exposures_of(setup.exposures());
     const tofgraph_channel& raw = *setup.find(taps.present() ? taps.channel() : phases.channel());
     if (raw.extent[0] != 0 && raw.extent[0] != exposures_.size()) throw std::runtime_error(other_number(raw.extent[0]));
     if (!modulation_frequency.given() && exposures_[0].frequency == 0 &&
         !setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY)) {
       throw ConfigError("modulation_frequency",
-                        "the frames do not say it, so it has to be given, e.g. modulation_frequency: 20 MHz");
+                        "the frames do not state it, so it must be given, e.g. modulation_frequency: 20 MHz");
     }
     if (!taps.present() && raw.type != TOFGRAPH_TYPE_F32 && raw.type != TOFGRAPH_TYPE_I16 &&
         raw.type != TOFGRAPH_TYPE_I32) {
@@ -200,8 +206,8 @@ struct Decoder : Filter {
   }
 
   std::string other_number(std::uint64_t images) const {
-    return "what arrives has " + std::to_string(images) + " images per frame, but " +
-           physics::exposures_text(exposures_) + " are stated";
+    return "the input has " + std::to_string(images) + " images per frame, but " + physics::exposures_text(exposures_) +
+           " are stated";
   }
 
   /// Pixels from all over the image with their right neighbours, with light and without saturation.

@@ -20,13 +20,13 @@ namespace tofgraph {
 /// `grazing` from its normal: length x angle between the pixels x tan(grazing). The angle between pixels comes from the
 /// rays; without a camera this limit is not used. Lengths are changed only if `invalidate` is true.
 struct FlyingPixels final : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "in which edges are looked for"}};
+  InOut<float> image{this, "depth|range|distance", {.text = "channel in which edges are searched"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "invalidated with the pixel"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<double> threshold{
       this,
       "threshold",
-      {.unit = "m", .default_value = "20 mm", .min = 0, .max = 1e3, .text = "least step to each side", .live = true}};
+      {.unit = "m", .default_value = "20 mm", .min = 0, .max = 1e3, .text = "minimum step to each side", .live = true}};
   Param<double> deviations{
       this,
       "deviations",
@@ -51,7 +51,7 @@ struct FlyingPixels final : Filter {
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "in which edges are searched; auto: the first of these that exists"}};
+                         .text = "channel in which edges are searched; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     const tofgraph_channel& what = *setup.find(image.channel());

@@ -117,8 +117,7 @@ struct FourPhaseDecoder final : Decoder {
     const std::vector<std::size_t> order = physics::quarter_order(exposures_);
     if (order.empty()) {
       throw std::runtime_error(
-          "decodes four exposures at 0, 90, 180 and 270 deg of one frequency, in any order; what "
-          "arrives has " +
+          "decodes four exposures at 0, 90, 180 and 270 deg of one frequency, in any order; the input has " +
           physics::exposures_text(exposures_) + ": use phase_decoder for it");
     }
     set_constants(order);

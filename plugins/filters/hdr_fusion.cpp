@@ -25,10 +25,11 @@ namespace tofgraph {
 /// frequencies, as in phase_decoder. A pixel that is not good in one of the frames is invalid; one whose second best
 /// wraps are nearly as likely is flagged wrapped, and invalid. sigma and flags as above; the amplitude is the mean.
 struct HdrFusion final : Filter {
-  InOut<float> image{this, "distance|range|depth", {.text = "what is joined", .adds = "hdr_fusion"}};
+  InOut<float> image{this, "distance|range|depth", {.text = "channel to fuse", .adds = "hdr_fusion"}};
   InOut<float> sigma{this, "sigma", {.text = "standard deviation of the length; becomes that of the mean"}};
-  InOut<float> amplitude{this, "amplitude", {.optional = true, .text = "becomes that of the longest time"}};
-  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "saturated and invalid pixels are left out"}};
+  InOut<float> amplitude{
+      this, "amplitude", {.optional = true, .text = "becomes the amplitude at the longest integration time"}};
+  InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "saturated and invalid pixels are excluded"}};
   Param<std::int64_t> frames{
       this,
       "frames",
@@ -37,20 +38,19 @@ struct HdrFusion final : Filter {
                    "by",
                    {.default_value = "integration_time",
                     .choices = "integration_time frequency",
-                    .text = "what alternates; frequency: distances are unwrapped"}};
+                    .text = "the setting that alternates; frequency: distances are unwrapped"}};
   Param<double> max_range{
       this,
       "max_range",
       {.unit = "m",
        .min = 1e-3,
        .max = 1e6,
-       .text = "by frequency: nothing is farther away than this; default: the distance at which the "
-               "frequencies repeat together"}};
+       .text = "by frequency: maximum distance; default: the distance at which the frequencies repeat together"}};
   Param<Choice> channel{this,
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto distance range depth",
-                         .text = "what is joined; auto: the first of these that exists"}};
+                         .text = "channel to fuse; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), image.channel());
@@ -132,7 +132,7 @@ struct HdrFusion final : Filter {
     }
     if (std::string_view(image.channel()) != "distance")
       throw ConfigError("by", std::string("frequency unwraps distances, but '") + image.channel() +
-                                  "' arrives: put it after the decoder and before the distance model");
+                                  "' is the input: put the node after the decoder and before the distance model");
     if (!setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY))
       throw std::runtime_error("needs the frames' modulation frequency, which these frames do not state");
   }
@@ -158,8 +158,7 @@ struct HdrFusion final : Filter {
     for (const Exposure& e : exposures_) frequencies.push_back(e.frequency);
     if (physics::common_frequency(frequencies) == 0 && !max_range.given())
       throw ConfigError("max_range",
-                        "the modulation frequencies have no common range, so it has to be given, e.g. "
-                        "max_range: 20 m");
+                        "the modulation frequencies have no common range, so it must be given, e.g. max_range: 20 m");
     const physics::Unwrapping unwrapping(frequencies,
                                          max_range.given() ? *max_range : std::numeric_limits<double>::infinity());
     constexpr double certain = 13.8;  // 2 ln(0.999 / 0.001): the best wraps are 999 times as likely as the second best

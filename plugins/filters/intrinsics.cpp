@@ -47,7 +47,7 @@ struct Intrinsics final : Filter {
       this, "k4", {.text = "denominator of the radial distortion, OpenCV's rational model; of a fisheye its fourth"}};
   Param<double> k5{this, "k5", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
   Param<double> k6{this, "k6", {.text = "denominator of the radial distortion, OpenCV's rational model"}};
-  Param<double> skew{this, "skew", {.text = "of the axes: u = fx (x + skew y) + cx"}};
+  Param<double> skew{this, "skew", {.text = "skew of the axes: u = fx (x + skew y) + cx"}};
   Param<bool> rectify{
       this,
       "rectify",
@@ -161,7 +161,7 @@ struct Intrinsics final : Filter {
   void use_rectification(const Setup& setup, tofgraph_camera& camera) {
     if (const tofgraph_channel* points = setup.find("points"))
       throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
-                                       ? "comes too late: there already are points; put the node before point_cloud"
+                                       ? "comes too late: the input already has points; put the node before point_cloud"
                                        : "the points that were recorded are not an image: read the recording without "
                                          "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);

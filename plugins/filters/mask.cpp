@@ -28,14 +28,18 @@ struct Mask final : Filter {
                    "distance|range|depth",
                    {.name = "length", .optional = true, .text = "for codes, unless codes_of names another channel"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
-  Param<double> min_amplitude{
-      this,
-      "min_amplitude",
-      {.unit = "counts", .min = 0, .text = "less is flagged as low_signal, e.g. 50 counts", .live = true}};
-  Param<double> max_amplitude{
-      this,
-      "max_amplitude",
-      {.unit = "counts", .min = 0, .text = "more is flagged as saturated, e.g. 20000 counts", .live = true}};
+  Param<double> min_amplitude{this,
+                              "min_amplitude",
+                              {.unit = "counts",
+                               .min = 0,
+                               .text = "a smaller amplitude is flagged as low_signal, e.g. 50 counts",
+                               .live = true}};
+  Param<double> max_amplitude{this,
+                              "max_amplitude",
+                              {.unit = "counts",
+                               .min = 0,
+                               .text = "a larger amplitude is flagged as saturated, e.g. 20000 counts",
+                               .live = true}};
   Param<double> max_sigma{
       this,
       "max_sigma",
@@ -63,7 +67,7 @@ struct Mask final : Filter {
                      "keep",
                      {.default_value = "inside",
                       .choices = "inside outside",
-                      .text = "outside: polygon and image are what is masked instead"}};
+                      .text = "outside: polygon and image are the region that is masked"}};
   Param<std::vector<double>> codes{
       this,
       "codes",
@@ -98,11 +102,11 @@ struct Mask final : Filter {
                                        " numbers, expected two for each of three or more corners, e.g. polygon: [20, "
                                        "10, 180, 10, 180, 150]");
     if (keep.given() && !polygon.given() && image->empty())
-      throw ConfigError("keep", "is for polygon and image, of which none is given");
+      throw ConfigError("keep", "applies to polygon and image, neither of which is given");
     check_codes(setup);
     mask_ = bits_of(*flagged);
     if (flagged.given() && !flags.present())
-      throw ConfigError("flagged", "needs flags, which do not arrive: put the mask after a decoder");
+      throw ConfigError("flagged", "needs flags, which the input lacks: put the mask after a decoder");
     flags.provide(setup);
     lengths_.prepare(setup, {});
   }
@@ -145,7 +149,7 @@ struct Mask final : Filter {
       if (word == name) return bit;
       all.append(all.empty() ? "" : ", ").append(name);
     }
-    throw ConfigError("flagged", "there is no flag '" + word + "'; there are " + all);
+    throw ConfigError("flagged", "there is no flag '" + word + "'; known flags: " + all);
   }
 
   static std::uint16_t bits_of(const std::string& words) {
@@ -161,18 +165,18 @@ struct Mask final : Filter {
       throw ConfigError(min_amplitude.given()   ? "min_amplitude"
                         : max_amplitude.given() ? "max_amplitude"
                                                 : "max_null2",
-                        "needs the amplitude, which does not arrive: put the mask after a decoder");
+                        "needs the amplitude, which the input lacks: put the mask after a decoder");
     if (max_sigma.given() && !sigma.present())
       throw ConfigError("max_sigma",
-                        "needs sigma, which does not arrive: the camera's profile must know the noise (read_noise, "
-                        "shot_noise), or a node must make it");
+                        "needs sigma, which the input lacks: the camera's profile must state the noise (read_noise, "
+                        "shot_noise), or a node must compute sigma");
     if (min_amplitude.given() && max_amplitude.given() && *min_amplitude > *max_amplitude)
       throw ConfigError("min_amplitude", "is above max_amplitude: no pixel would be left");
   }
 
   void check_samples(const Setup& setup) {
     if (!taps.present() && !phases.present())
-      throw ConfigError("max_null2", "needs the samples, taps or phases, which do not arrive");
+      throw ConfigError("max_null2", "needs the samples, taps or phases, which the input lacks");
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
     if (const std::string problem = physics::not_the_four(exposures); !problem.empty())
       throw ConfigError("max_null2", problem);
@@ -240,7 +244,8 @@ struct Mask final : Filter {
     if (codes_of.given() && !codes.given()) throw ConfigError("codes_of", "names a channel, but no codes are given");
     if (!codes.given()) return;
     coded_ = codes_of.given() ? *codes_of : std::string(length.channel());
-    if (coded_.empty()) throw ConfigError("codes_of", "no length arrives: name the channel, e.g. codes_of: amplitude");
+    if (coded_.empty())
+      throw ConfigError("codes_of", "the input has no length: name the channel, e.g. codes_of: amplitude");
     const tofgraph_channel* channel = setup.find(coded_);
     if (channel == nullptr) throw ConfigError("codes_of", "there is no channel '" + coded_ + "'");
     const bool image_of_pixels = channel->rank >= 2 && coded_ != "points" && coded_ != "rays";

@@ -60,17 +60,17 @@ struct ModelCorrection final : Filter {
       this,
       "distance",
       {.text = "half of the travelled path", .refuses = "model_correction offset denoised non_linearity rectified"}};
-  In<float> amplitude{this, "amplitude", {.optional = true, .text = "where the model's effects depend on it"}};
+  In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed if the model's effects depend on it"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "standard deviation of the distance"}};
   InOut<std::uint16_t> flags{
       this,
       "flags",
       {.optional = true,
-       .text = "inconsistent: one distance stands for several; extrapolated: weaker or stronger than solved"}};
+       .text = "inconsistent: the distance is ambiguous; extrapolated: the amplitude lies outside the computed range"}};
   Param<InputFile> model{
       this,
       "model",
-      {.text = "a model file, of diagnose, of calibrate or by hand, or what it would hold; default: the profile's",
+      {.text = "a model file, written by diagnose, calibrate or by hand, or its content; default: the profile's",
        .in_place = true}};
   SerialCheck check_serial_{this};
 
@@ -89,7 +89,7 @@ struct ModelCorrection final : Filter {
     const std::string file = !model->empty() ? std::string(*model) : camera.model != nullptr ? camera.model : "";
     if (file.empty())
       throw ConfigError("model",
-                        std::string("is missing: it tells what is to be undone, and the profile of the camera '") +
+                        std::string("is missing: it states the effects to undo, and the profile of the camera '") +
                             camera.name + "' names no model, e.g. model: model.yaml");
     const ModelReader::Made made = ModelReader(*this).read(setup, "model", file, camera);
     if (model->empty()) setup.uses_file(file);
@@ -158,8 +158,8 @@ struct ModelCorrection final : Filter {
       if (!there) throw std::runtime_error("the model's effects depend on the " + what);
     };
     require(!needs.amplitude || amplitude.present(),
-            "amplitude, which does not arrive: put the node after a decoder, or read a recording that has it");
-    const std::string untold = ", which these frames do not tell; a recording has it as ";
+            "amplitude, which the input lacks: put the node after a decoder, or read a recording that has it");
+    const std::string untold = ", which these frames do not state; a recording has it as ";
     require(!needs.integration_time || setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME),
             "integration time" + untold + "integration_time_s");
     require(!needs.temperature || setup.knows(TOFGRAPH_KNOWS_TEMPERATURE), "temperature" + untold + "temperature_c");
@@ -171,7 +171,7 @@ struct ModelCorrection final : Filter {
     const tofgraph_metadata& metadata = frame.metadata();
     const auto check = [](bool needed, double value, const char* what) {
       if (needed && !(value >= 0 && std::isfinite(value)))
-        throw std::runtime_error(std::string("the frame does not tell its ") + what +
+        throw std::runtime_error(std::string("the frame does not state its ") + what +
                                  ", on which the model's effects depend");
     };
     const simulation::CorrectionNeeds& needs = correction_->needs();

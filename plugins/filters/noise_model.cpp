@@ -34,7 +34,7 @@ namespace tofgraph {
 /// or frames (fixed patterns, drift) is not detected. A pixel without an amplitude becomes invalid. Ranges get the
 /// sigma of the distance, depths that multiplied by cos(angle of the ray): exact for a light source next to the lens.
 struct NoiseModel final : Filter {
-  InOut<float> image{this, "distance|range|depth", {.text = "whose sigma is made"}};
+  InOut<float> image{this, "distance|range|depth", {.text = "channel whose sigma is computed"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed by profile and null_channel"}};
   In<float> intensity{this, "intensity", {.optional = true, .text = "for profile: light of the taps"}};
   In<std::uint16_t> taps{this, "taps", {.shape = "P 2 H W", .optional = true, .text = "for null_channel, read first"}};
@@ -52,7 +52,7 @@ struct NoiseModel final : Filter {
   Param<double> contrast{
       this,
       "contrast",
-      {.min = 1e-3, .max = 1, .text = "for profile, where no intensity arrives; default: the camera's"}};
+      {.min = 1e-3, .max = 1, .text = "for profile, if the input has no intensity; default: the camera's"}};
   Param<double> background{this,
                            "background",
                            {.unit = "counts/s",
@@ -63,7 +63,7 @@ struct NoiseModel final : Filter {
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto distance range depth",
-                         .text = "whose sigma is made; auto: the first of these that exists"}};
+                         .text = "channel whose sigma is computed; auto: the first of these that exists"}};
 
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), image.channel());
@@ -74,7 +74,7 @@ struct NoiseModel final : Filter {
       const std::uint64_t come = setup.stream().frames;
       if (come == 1)
         throw ConfigError("mode",
-                          "frames needs repeated frames, but one frame comes: use mode: spatial, null_channel "
+                          "frames needs repeated frames, but there is only one frame: use mode: spatial, null_channel "
                           "or profile");
       if (come > 0) setup.set_frames(come - 1, setup.stream().known);
     }
@@ -111,7 +111,7 @@ struct NoiseModel final : Filter {
   void need_amplitude() const {
     if (!amplitude.present())
       throw ConfigError("mode", *mode +
-                                    " needs the amplitude, which does not arrive: record it, or use mode: spatial "
+                                    " needs the amplitude, which the input lacks: record it, or use mode: spatial "
                                     "or frames");
   }
 
@@ -129,7 +129,8 @@ struct NoiseModel final : Filter {
                         "neither the intensity nor the contrast is known, from which the light of the taps "
                         "follows, e.g. contrast: 0.5");
     if (!(*background > 0)) return;
-    if (intensity.present()) throw ConfigError("background", "is part of the intensity, which arrives: leave it out");
+    if (intensity.present())
+      throw ConfigError("background", "is part of the intensity, which the input has: remove it");
     if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
       throw ConfigError("background", "needs the frames' integration time, which these frames do not state");
   }
@@ -137,7 +138,7 @@ struct NoiseModel final : Filter {
   void prepare_null_channel(const Setup& setup) {
     if (!taps.present() && !phases.present())
       throw ConfigError("mode",
-                        "null_channel needs the raw images, taps or phases, which do not arrive: use mode: "
+                        "null_channel needs the raw images, taps or phases, which the input lacks: use mode: "
                         "spatial, frames or profile");
     need_amplitude();
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
@@ -149,10 +150,10 @@ struct NoiseModel final : Filter {
       }
     }
     if (rests_.empty())
-      throw ConfigError("mode",
-                        "null_channel needs four or more steps of a frequency, of three nothing is left over: "
-                        "there are " +
-                            physics::exposures_text(exposures));
+      throw ConfigError(
+          "mode",
+          "null_channel needs four or more steps of a frequency, as three steps leave no null channel: there are " +
+              physics::exposures_text(exposures));
   }
 
   void prepare_phase(const Setup& setup) {
@@ -267,8 +268,9 @@ struct NoiseModel final : Filter {
     const NoiseLaw law = fit_noise_law(collected_);
     if (law.constant > 0 || law.slope > 0) return law;
     throw std::runtime_error(
-        "the noise cannot be estimated: most values are equal to those they are compared with, so they are rounded "
-        "coarser than the noise, or smoothed; use mode: profile, or give the denoisers a length, e.g. strength: 20 mm");
+        "the noise cannot be estimated: most values equal the values they are compared with, so they are rounded more "
+        "coarsely than the noise, or smoothed; use mode: profile, or give the denoisers a length, e.g. strength: 20 "
+        "mm");
   }
 
   /// Term of a residual of the phase fit: an image and its factor.

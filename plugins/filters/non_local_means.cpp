@@ -98,14 +98,14 @@ struct NonLocalMeans final : WindowFilter {
   bool guided() const { return *guide == "amplitude"; }
 
   void check_guide(const Setup& setup) const {
-    if (!amplitude.present()) throw ConfigError("guide", "what arrives has no amplitude");
+    if (!amplitude.present()) throw ConfigError("guide", "the input has no amplitude");
     if (!sigma.present()) {
       throw ConfigError("guide",
-                        "amplitude needs the channel sigma, from which the noise of the amplitude follows: let the "
-                        "decoder know the noise (a camera profile with it, or its parameters)");
+                        "amplitude needs the channel sigma, from which the noise of the amplitude follows: give the "
+                        "decoder the noise (by a camera profile, or by its parameters)");
     }
     if (!setup.knows(TOFGRAPH_KNOWS_MODULATION_FREQUENCY))
-      throw ConfigError("guide", "amplitude needs to know the modulation frequency, which the frames do not have");
+      throw ConfigError("guide", "amplitude needs the modulation frequency, which these frames do not state");
   }
 
   void set_patch(WindowFrame& f, const Frame& frame, std::ptrdiff_t border, double h, double noise) const {
@@ -137,5 +137,5 @@ struct NonLocalMeans final : WindowFilter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::NonLocalMeans, "Averages each pixel with those nearby whose surroundings look alike")
+TOFGRAPH_STAGE(tofgraph::NonLocalMeans, "Averages each pixel with nearby pixels whose surroundings are similar")
 #endif

@@ -29,11 +29,13 @@ struct Normals final : Filter {
       "neighbours",
       {.default_value = "20", .min = 3, .max = 10000, .text = "number of nearest points, the point itself included"}};
   Param<double> radius{
-      this, "radius", {.unit = "m", .min = 1e-6, .max = 1e3, .text = "all points within it, in place of neighbours"}};
+      this,
+      "radius",
+      {.unit = "m", .min = 1e-6, .max = 1e3, .text = "uses all points within this radius, instead of neighbours"}};
   Param<std::vector<double>> viewpoint{
       this,
       "viewpoint",
-      {.unit = "m", .default_value = "[0 m, 0 m, 0 m]", .text = "of the camera in the frame of the points"}};
+      {.unit = "m", .default_value = "[0 m, 0 m, 0 m]", .text = "position of the camera in the frame of the points"}};
 
   void prepare(const Setup& setup) {
     if (radius.given() && neighbours.given()) throw ConfigError("radius", "give either neighbours or radius");

@@ -43,7 +43,7 @@ struct OffsetCorrection final : Filter {
       "distance",
       {.text = "half of the travelled path", .refuses = "denoised non_linearity offset", .adds = "offset"}};
   In<float> amplitude{
-      this, "amplitude", {.optional = true, .text = "tells the reflectivity, unless `target` is given"}};
+      this, "amplitude", {.optional = true, .text = "determines the reflectivity, unless `target` is given"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
   Param<InputFile> calibration{
       this,
@@ -54,10 +54,10 @@ struct OffsetCorrection final : Filter {
                        {.default_value = "per_pixel",
                         .choices = "per_pixel per_path board",
                         .text = "per_pixel: any scene, by depth and reflectivity; per_path: by range and light, as a "
-                                "camera errs, for boards that stand close together; board: one offset matrix for one "
+                                "camera errs, for boards that are close together; board: one offset matrix for one "
                                 "board that fills the image"}};
   Param<std::string> target{
-      this, "target", {.text = "the calibration's target that all surfaces are like; default: found by amplitude"}};
+      this, "target", {.text = "the calibration's target that matches all surfaces; default: found by amplitude"}};
   Param<std::int64_t> window{
       this,
       "window",
@@ -70,16 +70,16 @@ struct OffsetCorrection final : Filter {
                               "extrapolation",
                               {.default_value = "flag",
                                .choices = "flag refuse hold",
-                               .text = "beyond what was calibrated; flag: the nearest offset, flagged as "
+                               .text = "outside the calibrated range; flag: the nearest offset, flagged as "
                                        "extrapolated; refuse: the pixel becomes invalid; hold: not flagged"}};
   Out<float> offset{this,
                     "offset",
                     {.shape = "H W",
                      .unit = "m",
                      .optional = true,
-                     .text = "what was added to the distance; made with `keep_offset`"}};
+                     .text = "offset that was added to the distance; written with `keep_offset`"}};
   Param<bool> keep_offset{
-      this, "keep_offset", {.default_value = "false", .text = "the image `offset` of what was added, (6.5)"}};
+      this, "keep_offset", {.default_value = "false", .text = "writes the image `offset` of the added offset, (6.5)"}};
   Param<std::string> serial{
       this,
       "serial",
@@ -91,23 +91,22 @@ struct OffsetCorrection final : Filter {
     read(camera);
     check_serial_("calibration", calibration_.serial, serial.given() ? std::string(*serial) : serial_of(setup));
     if (!setup.knows(TOFGRAPH_KNOWS_INTEGRATION_TIME))
-      throw std::runtime_error("needs the frames' integration time, which these frames do not tell");
+      throw std::runtime_error("needs the frames' integration time, which these frames do not state");
     const std::optional<std::size_t> only = chosen_target();
     if (!only && !amplitude.present())
       throw std::runtime_error(
-          "needs the amplitude, which tells the reflectivity: put it after a decoder, read a recording with the "
-          "channel "
-          "amplitude, or say of which target the surfaces are, e.g. " +
+          "needs the amplitude, which determines the reflectivity: put it after a decoder, read a recording with the "
+          "channel amplitude, or name the target that matches the surfaces, e.g. " +
           ("target: " + calibration_.targets.front()));
     if (!only && !table_->knows_reflectivities())
-      throw ConfigError("calibration", "knows no reflectivities: say of which target the surfaces are, e.g. target: " +
-                                           calibration_.targets.front());
+      throw ConfigError("calibration",
+                        "has no reflectivities: name the target that matches the surfaces, e.g. target: " +
+                            calibration_.targets.front());
     if (*window % 2 == 0) throw ConfigError("window", "must be odd, e.g. window: 5");
     if (std::string_view(setup.find("distance")->applied).find("model_correction") != std::string_view::npos)
       note(
-          "what the calibration and the model before it both know of is taken out twice: boards are calibrated with "
-          "the "
-          "same model undone, or the model is left out");
+          "errors that both the calibration and the model before it contain are removed twice: calibrate boards with "
+          "the same model undone, or remove the model");
     grid_ = OffsetGrid(*table_, only);
     only_ = only;
     prepare_pixels(setup);
@@ -118,7 +117,7 @@ struct OffsetCorrection final : Filter {
 
   void process(Frame& frame) const {
     const double time = frame.metadata().integration_time;
-    if (!(time > 0)) throw std::runtime_error("the frame does not tell its integration time");
+    if (!(time > 0)) throw std::runtime_error("the frame does not state its integration time");
     check_frequency(frame.metadata().modulation_frequency);
     const Array<float> image = distance(frame);
     if (image.rows() != rows_ || image.columns() != columns_)
@@ -298,5 +297,5 @@ struct OffsetCorrection final : Filter {
 }  // namespace tofgraph
 
 TOFGRAPH_STAGE(tofgraph::OffsetCorrection,
-               "Takes out the offset by integration time and reflectivity, from a calibration of boards")
+               "Removes the offset by integration time and reflectivity, from a calibration of boards")
 #endif

@@ -19,10 +19,11 @@ namespace tofgraph {
 /// are oriented differently from its profile. Channels other than images of the camera's size are unchanged.
 struct Orient final : Filter {
   InOut<void> every{this, "*", {.text = "images are mirrored and turned"}};
-  Param<Choice> mirror{
-      this,
-      "mirror",
-      {.default_value = "none", .choices = "none left_right top_bottom", .text = "what is exchanged, before the turn"}};
+  Param<Choice> mirror{this,
+                       "mirror",
+                       {.default_value = "none",
+                        .choices = "none left_right top_bottom",
+                        .text = "sides that are exchanged, before the turn"}};
   Param<Choice> turn{this, "turn", {.default_value = "0", .choices = "0 90 180 270", .text = "degrees clockwise"}};
   Param<Choice> camera{this,
                        "camera",
@@ -38,13 +39,13 @@ struct Orient final : Filter {
     if (x_ == Row{1, 0} && y_ == Row{0, 1})
       throw ConfigError("turn", "nothing is changed: give turn, mirror or both, e.g. turn: 180");
     if (swaps() && *camera == "kept" && width_ != height_)
-      throw ConfigError("camera", "a turn by " + *turn +
-                                      " deg exchanges width and height, which the camera would not "
-                                      "fit: use camera: turned");
+      throw ConfigError(
+          "camera",
+          "a turn by " + *turn + " deg exchanges width and height, which does not fit the camera: use camera: turned");
     if (swaps() && *camera == "turned" && before.skew != 0)
       throw ConfigError("turn", "by 90 or 270 deg is impossible for a lens with a skew");
     for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
-    if (images_.empty()) throw std::runtime_error("what arrives has no image of the camera's size");
+    if (images_.empty()) throw std::runtime_error("the input has no image of the camera's size");
     if (*camera == "turned") turn_camera(setup);
   }
 

@@ -66,13 +66,13 @@ struct PhaseDecoder final : Decoder {
        .choices = "off",
        .text = "in standard deviations: samples or frequencies that differ by more are flagged as inconsistent; "
                "where the noise is known"}};
-  Param<double> wrap_confidence{
-      this,
-      "wrap_confidence",
-      {.default_value = "0.999",
-       .min = 0.5,
-       .max = 0.999999,
-       .text = "of the best wraps over the second best; less is flagged as wrapped; if the noise is known"}};
+  Param<double> wrap_confidence{this,
+                                "wrap_confidence",
+                                {.default_value = "0.999",
+                                 .min = 0.5,
+                                 .max = 0.999999,
+                                 .text = "confidence of the best wraps over the second best; a smaller one is flagged "
+                                         "as wrapped; if the noise is known"}};
   Param<bool> invalidate_wrapped{
       this, "invalidate_wrapped", {.default_value = "true", .text = "pixels whose wraps are uncertain become invalid"}};
   Param<double> phase_error{this,
@@ -83,25 +83,25 @@ struct PhaseDecoder final : Decoder {
                              .max = 1,
                              .text = "standard deviation of systematic errors of each frequency's phase, which the "
                                      "choice of the wraps allows for; not included in sigma"}};
-  Param<double> max_range{this,
-                          "max_range",
-                          {.unit = "m",
-                           .min = 1e-3,
-                           .max = 1e6,
-                           .text = "nothing is farther away than this; default: the distance at which the frequencies "
-                                   "repeat together, c / (2 gcd)"}};
+  Param<double> max_range{
+      this,
+      "max_range",
+      {.unit = "m",
+       .min = 1e-3,
+       .max = 1e6,
+       .text = "maximum distance; default: the distance at which the frequencies repeat together, c / (2 gcd)"}};
 
   void prepare(Setup& setup) {
     prepare_samples(setup);
     if (const std::string problem = physics::exposures_problem(exposures_); !problem.empty())
-      throw std::runtime_error("cannot decode what arrives: " + problem);
+      throw std::runtime_error("cannot decode the input: " + problem);
     fits_ = physics::phase_fits(exposures_);
     if (fits_.size() > max_bands)
-      throw std::runtime_error("takes up to three modulation frequencies; what arrives has " +
+      throw std::runtime_error("takes up to three modulation frequencies; the input has " +
                                physics::exposures_text(exposures_));
     if (fits_.size() > 1 && modulation_frequency.given())
       throw ConfigError("modulation_frequency",
-                        "applies to one frequency; what arrives has " + physics::exposures_text(exposures_));
+                        "applies to one frequency; the input has " + physics::exposures_text(exposures_));
     if (fits_.size() == 1) refuse_what_unwraps();
     if (*phase_error > 0 && !counts_.noise_known)
       throw ConfigError("phase_error",
@@ -125,7 +125,7 @@ struct PhaseDecoder final : Decoder {
     for (const detail::ParamBase* parameter : std::initializer_list<const detail::ParamBase*>{
              &wrap_confidence, &invalidate_wrapped, &phase_error, &max_range})
       if (parameter->given())
-        throw ConfigError(parameter->parameter().name, "is for several modulation frequencies; what arrives has " +
+        throw ConfigError(parameter->parameter().name, "is for several modulation frequencies; the input has " +
                                                            physics::exposures_text(exposures_));
   }
 
@@ -192,7 +192,7 @@ struct PhaseDecoder final : Decoder {
     if (physics::common_frequency(frequencies) == 0 && !max_range.given()) {
       throw ConfigError("max_range",
                         "the modulation frequencies have no common range: " + physics::exposures_text(exposures_) +
-                            ", so it has to be given, e.g. max_range: 20 m");
+                            ", so it must be given, e.g. max_range: 20 m");
     }
     const physics::Unwrapping unwrapping(frequencies,
                                          max_range.given() ? *max_range : std::numeric_limits<double>::infinity());

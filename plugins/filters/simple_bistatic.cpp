@@ -54,7 +54,7 @@ struct SimpleBistatic final : LinearModel {
                              .min = 0.02,
                              .max = 1000,
                              .choices = "auto",
-                             .text = "of the plane from the sensor plane; auto: estimated from the frame"}};
+                             .text = "distance of the plane from the sensor plane; auto: estimated from the frame"}};
 
   void prepare(Setup& setup) {
     prepare_model(setup);

@@ -28,7 +28,7 @@ struct StatisticalOutlierRemoval final : Filter {
                            {.default_value = "2",
                             .min = 0,
                             .max = 100,
-                            .text = "standard deviations above the mean that are still accepted",
+                            .text = "number of standard deviations above the mean that is still accepted",
                             .live = true}};
 
   void prepare(Setup& setup) {

@@ -38,14 +38,14 @@ struct TemporalKalman final : LengthFilter {
                      {.default_value = "4",
                       .min = 1,
                       .max = 100,
-                      .text = "standard deviations beyond which a pixel counts as moved and is restarted",
+                      .text = "number of standard deviations beyond which a pixel counts as moved and is restarted",
                       .live = true}};
 
   void prepare(Setup& setup) {
     if (!sigma.present() && !measurement_noise.given()) {
       throw ConfigError("measurement_noise",
-                        "what arrives has no sigma: give it, e.g. measurement_noise: 5 mm, or give the decoder "
-                        "the noise (a camera profile with it, or its parameters read_noise and shot_noise)");
+                        "the input has no sigma: give it, e.g. measurement_noise: 5 mm, or give the decoder the noise "
+                        "(by a camera profile, or by its parameters read_noise and shot_noise)");
     }
     prepare_lengths(setup);
     sigma.provide(setup, image.channel());

@@ -22,22 +22,24 @@ struct Transform final : Filter {
       this, "normals", {.shape = "H W 3", .unit = "", .optional = true, .text = "turned with the points"}};
   Param<std::vector<double>> rotation{
       this, "rotation", {.default_value = "[1, 0, 0, 0, 1, 0, 0, 0, 1]", .text = "R of T_world_camera, row by row"}};
-  Param<std::vector<double>> angles{
-      this,
-      "angles",
-      {.unit = "rad", .default_value = "[0 deg, 0 deg, 0 deg]", .text = "instead: about x, then y, then z"}};
+  Param<std::vector<double>> angles{this,
+                                    "angles",
+                                    {.unit = "rad",
+                                     .default_value = "[0 deg, 0 deg, 0 deg]",
+                                     .text = "instead of rotation: turns about x, then y, then z"}};
   Param<std::vector<double>> translation{
       this, "translation", {.unit = "m", .default_value = "[0 mm, 0 mm, 0 mm]", .text = "t of T_world_camera"}};
-  Param<std::vector<double>> shift{
-      this,
-      "shift",
-      {.unit = "m",
-       .default_value = "[0 m, 0 m, 0 m]",
-       .text = "subtracted from the moved points in double precision, e.g. [500000 m, 5400000 m, 0 m]; what leaves is "
-               "relative to it, a viewpoint too"}};
+  Param<std::vector<double>> shift{this,
+                                   "shift",
+                                   {.unit = "m",
+                                    .default_value = "[0 m, 0 m, 0 m]",
+                                    .text = "subtracted from the moved points in double precision, e.g. [500000 m, "
+                                            "5400000 m, 0 m]; the output is relative to it, and so is a viewpoint"}};
 
   Param<InputFile> pose{
-      this, "pose", {.text = "instead: T_world_camera as found by tofgraph pose; the world is the pattern's frame"}};
+      this,
+      "pose",
+      {.text = "instead of both: T_world_camera as found by tofgraph pose; the world is the pattern's frame"}};
 
   void prepare(const Setup& setup) {
     if (!pose->empty()) return read_pose(setup.camera());
@@ -123,7 +125,7 @@ struct Transform final : Filter {
     }
     if (steps.empty()) return;
     warn("float32 holds these coordinates only coarsely, " + steps + ": add shift: [" + round +
-         "], which is subtracted in double precision; what leaves is relative to it");
+         "], which is subtracted in double precision; the output is relative to it");
   }
 
   static std::array<double, 9> matrix(const std::vector<double>& values) {

@@ -18,7 +18,7 @@ namespace tofgraph {
 /// the points are removed.
 struct VoxelGrid final : Filter {
   InOut<float> points{this, "points"};
-  InOut<void> every{this, "*", {.text = "what belongs to the points"}};
+  InOut<void> every{this, "*", {.text = "channels of the points"}};
   Param<double> size{
       this,
       "size",

@@ -126,8 +126,8 @@ struct WindowFilter : LengthFilter {
       throw ConfigError("strength", "must be a length of at least 1 um, e.g. 20 mm");
     if (sigma.present()) return;
     const std::string hint =
-        ": let the decoder know the noise (a camera profile with it, or its parameters read_noise "
-        "and shot_noise), or put noise_model before it";
+        ": give the decoder the noise (by a camera profile, or by its parameters read_noise and shot_noise), or put "
+        "noise_model before it";
     if (automatic)
       throw ConfigError("strength", "auto needs the channel sigma, which is missing" + hint +
                                         ", or write a length, e.g. strength: 20 mm");

@@ -41,5 +41,5 @@ struct Yaroslavsky final : WindowFilter {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::Yaroslavsky, "Averages each pixel with those of its window that have a similar length")
+TOFGRAPH_STAGE(tofgraph::Yaroslavsky, "Averages each pixel with the pixels of its window that have a similar length")
 #endif

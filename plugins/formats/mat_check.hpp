@@ -31,7 +31,7 @@ class MatCheck {
       const std::vector<std::uint8_t> tag = bytes(at, 8);
       if (tag.size() < 8) return;
       const std::uint32_t type = number(tag, 0), length = number(tag, 4);
-      if (length > size - at - 8) throw std::runtime_error("is damaged: a variable ends behind the file");
+      if (length > size - at - 8) throw std::runtime_error("is damaged: a variable extends beyond the end of the file");
       if (type == matrix) check(bytes(at + 8, std::min<std::uint64_t>(length, max_head)));
       if (type == compressed) {
         const std::vector<std::uint8_t> inflated =
@@ -107,8 +107,8 @@ class MatCheck {
     const std::uint32_t size = type < sizes.size() ? sizes[type] : 0;
     if (size == 0 || length % size != 0 || length / size != expected)
       throw std::runtime_error(
-          "is damaged: the values of a variable are of an unknown type or another number than it "
-          "announces");
+          "is damaged: the values of a variable are of an unknown type, or their number differs from the announced "
+          "one");
   }
 
   std::ifstream in_;

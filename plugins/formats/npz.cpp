@@ -62,13 +62,13 @@ struct Npz final : FileFormat {
       case ZIP_ER_NOZIP:
         return "is a damaged archive: its end is missing, it was cut off";
       case ZIP_ER_OPEN:
-        return "cannot be opened: may it be read?";
+        return "cannot be opened: check its permissions";
       case ZIP_ER_READ:
         return "cannot be read: the system reports an error";
       case ZIP_ER_MEMORY:
         return "cannot be read: out of memory";
       case ZIP_ER_COMPNOTSUPP:
-        return "has a member whose compression this libzip does not know: save it with numpy.savez_compressed";
+        return "has a member whose compression this libzip does not support: save it with numpy.savez_compressed";
       case ZIP_ER_ENCRNOTSUPP:
       case ZIP_ER_NOPASSWD:
         return "has an encrypted member: save it without a password";
@@ -95,7 +95,7 @@ struct Npz final : FileFormat {
   static void check_end(Member& member) {
     char more = 0;
     if (zip_fread(member.file.get(), &more, 1) != 0)
-      throw std::runtime_error("is a damaged archive: a member is not what its checksum says");
+      throw std::runtime_error("is a damaged archive: a member does not match its checksum");
     member.file.reset();
   }
 
@@ -103,11 +103,11 @@ struct Npz final : FileFormat {
   static void refuse_bomb(const zip_stat_t& about, const std::string& name) {
     constexpr zip_uint64_t large = zip_uint64_t{1} << 30U, most = 200;
     if ((about.valid & ZIP_STAT_COMP_SIZE) == 0 || about.size < large || about.size / most < about.comp_size) return;
-    throw std::runtime_error(
-        "has the member '" + name + "' of " + std::to_string(about.comp_size) + " bytes, which would become " +
-        std::to_string(about.size) + ", over " + std::to_string(most) +
-        " times as many: no measurement compresses so far. If it is meant, unpack the archive, and "
-        "read the .npy file");
+    throw std::runtime_error("has the member '" + name + "' of " + std::to_string(about.comp_size) +
+                             " bytes, which would become " + std::to_string(about.size) + ", over " +
+                             std::to_string(most) +
+                             " times as many: no measurement compresses that well. If this is intended, unpack the "
+                             "archive, and read the .npy file");
   }
 
   void add_member(zip_uint64_t index) {

@@ -23,7 +23,7 @@ class MessageReader {
   MessageReader(Bytes bytes, bool cdr) : bytes_(bytes), cdr_(cdr) {
     if (!cdr) return;
     if (bytes.size() < 4 || bytes[0] != 0 || bytes[1] > 1)
-      throw std::runtime_error("has a message that is no plain CDR");
+      throw std::runtime_error("has a message that is not plain CDR");
     swap_ = (bytes[1] == 0) == (std::endian::native == std::endian::little);
     bytes_ = bytes.subspan(4);
   }

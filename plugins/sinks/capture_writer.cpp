@@ -22,17 +22,17 @@ namespace tofgraph {
 /// of long inputs are ready, so that no frame waits for them. The rays are not recorded: they follow from the camera's
 /// profile, whose text is.
 struct CaptureWriter final : Sink {
-  In<void> every{this, "*", {.text = "what is recorded"}};
+  In<void> every{this, "*", {.text = "channels to record"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
-  Param<std::string> channels{this, "channels", {.text = "which to record, e.g. [distance, amplitude]; default: all"}};
+  Param<std::string> channels{
+      this, "channels", {.text = "channels to record, e.g. [distance, amplitude]; default: all"}};
   Param<std::int64_t> compression{
       this, "compression", {.default_value = "0", .min = 0, .max = 9, .text = "0: none, 1: fast, 9: small"}};
   Param<std::string> comment{this, "comment", {.text = "kept in the capture"}};
   Param<std::string> sources{
       this,
       "sources",
-      {.text = "the light sources that were on, kept in the capture; default: those of the camera "
-               "that arrives"}};
+      {.text = "the light sources that were on, kept in the capture; default: those of the input's camera"}};
   Param<std::int64_t> write_behind{this,
                                    "write_behind",
                                    {.default_value = "256",
@@ -62,7 +62,7 @@ struct CaptureWriter final : Sink {
     const std::vector<std::string> wanted(std::istream_iterator<std::string>(words), {});
     for (const std::string& name : wanted) {
       if (setup.find(name) == nullptr || name == "rays")
-        throw ConfigError("channels", fmt::format("'{}' cannot be recorded: what arrives has {}", name, names(setup)));
+        throw ConfigError("channels", fmt::format("'{}' cannot be recorded: the input has {}", name, names(setup)));
     }
     for (const tofgraph_channel& channel : setup.channels()) {
       const std::string_view name = channel.name;
@@ -70,13 +70,10 @@ struct CaptureWriter final : Sink {
     }
     const bool measured = std::ranges::any_of(chosen_, is_measurement);
     if (!measured) {
-      throw ConfigError(
-          "channels",
-          fmt::format(
-              "a capture needs at least one of taps, phases, distance, range, depth, amplitude, intensity, points "
-              "of an image; what "
-              "would be recorded is {}",
-              names(setup)));
+      throw ConfigError("channels",
+                        fmt::format("a capture needs at least one of taps, phases, distance, range, depth, amplitude, "
+                                    "intensity, points of an image; the channels to record are {}",
+                                    names(setup)));
     }
   }
 
@@ -95,7 +92,7 @@ struct CaptureWriter final : Sink {
     if (writer_)
       writer_->finish(provenance());
     else
-      warn("no frames arrived: " + *path + " is not written");
+      warn("the input had no frames: " + *path + " is not written");
   }
 
  private:
@@ -154,4 +151,4 @@ struct CaptureWriter final : Sink {
 
 }  // namespace tofgraph
 
-TOFGRAPH_STAGE(tofgraph::CaptureWriter, "Records what arrives as a capture (HDF5)")
+TOFGRAPH_STAGE(tofgraph::CaptureWriter, "Records its input as a capture (HDF5)")

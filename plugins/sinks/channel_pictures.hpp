@@ -173,9 +173,9 @@ struct ChannelPictures : Sink {
     if (found == nullptr) {
       std::vector<std::string> names;
       for (const tofgraph_channel& c : setup.channels()) names.emplace_back(c.name);
-      throw ConfigError("channel",
-                        fmt::format("there is no {}; what arrives has {}",
-                                    channel.given() ? "'" + *channel + "'" : "image", fmt::join(names, ", ")));
+      throw ConfigError(
+          "channel", fmt::format("there is no {}; the input has {}", channel.given() ? "'" + *channel + "'" : "image",
+                                 fmt::join(names, ", ")));
     }
     if (found->rank != 2)
       throw ConfigError("channel", fmt::format("'{}' has {} dimensions, an image has two", found->name, found->rank));

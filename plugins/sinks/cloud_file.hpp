@@ -60,10 +60,10 @@ struct CloudFile : Sink {
     rule_.emplace(setup.find("points")->applied);
     check_ending(ending);
     choose_intensity(setup);
-    if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "what arrives has no sigma");
-    if (*flags && !flags_image.present()) throw ConfigError("flags", "what arrives has no flags");
+    if (*sigma && !sigma_image.present()) throw ConfigError("sigma", "the input has no sigma");
+    if (*flags && !flags_image.present()) throw ConfigError("flags", "the input has no flags");
     if (*normals && !(normals_image.present() && curvature_image.present()))
-      throw ConfigError("normals", "what arrives has no normals: add the stage normals before");
+      throw ConfigError("normals", "the input has no normals: add the stage normals before");
   }
 
   /// Writes the provenance at the end, when the hash of a long input is ready.
@@ -126,7 +126,7 @@ struct CloudFile : Sink {
     if (*intensity == "none") return;
     const tofgraph_channel* channel = setup.find(*intensity);
     if (channel == nullptr && intensity.given())
-      throw ConfigError("intensity", fmt::format("what arrives has no '{}'", *intensity));
+      throw ConfigError("intensity", fmt::format("the input has no '{}'", *intensity));
     if (channel == nullptr) return;
     if (channel->type != TOFGRAPH_TYPE_F32 || channel->rank != 2) {
       throw ConfigError("intensity", fmt::format("'{}' is {} with {} dimensions, expected float32 with 2", *intensity,

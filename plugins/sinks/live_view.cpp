@@ -41,16 +41,17 @@ struct LiveView final : Sink {
                       .min = 0.1,
                       .max = 1000,
                       .text = "frames per second that a client gets at most"}};
-  Param<double> pace{
-      this,
-      "pace",
-      {.unit = "Hz", .min = 0.01, .max = 1e4, .text = "the pipeline runs no faster, e.g. 30 Hz for a recording"}};
-  Param<bool> wait{
-      this,
-      "wait",
-      {.default_value = "false",
-       .text = "the first frame waits for a client, each further one at most 1 s until a client is ready: for "
-               "recordings, of which no frame should be missed"}};
+  Param<double> pace{this,
+                     "pace",
+                     {.unit = "Hz",
+                      .min = 0.01,
+                      .max = 1e4,
+                      .text = "limits the frame rate of the pipeline, e.g. 30 Hz for a recording"}};
+  Param<bool> wait{this,
+                   "wait",
+                   {.default_value = "false",
+                    .text = "the first frame waits for a client, each further one at most 1 s until a client is ready: "
+                            "for recordings, if no frame may be missed"}};
   Param<bool> hold{this,
                    "hold",
                    {.default_value = "false",
@@ -62,7 +63,7 @@ struct LiveView final : Sink {
     const bool any = std::ranges::any_of(nodes_, [](const live::NodeInfo& node) { return !node.channels.empty(); });
     if (!any)
       throw std::runtime_error(
-          "nothing that arrives is an image or a cloud: let it read a node behind the decoder, e.g. inputs: [decode]");
+          "the input has no image and no cloud: let it read a node after the decoder, e.g. inputs: [decode]");
     live::ServerOptions options;
     options.address = *address;
     options.port = static_cast<std::uint16_t>(*port);
@@ -171,7 +172,7 @@ struct LiveView final : Sink {
     const bool everywhere = *address == "0.0.0.0" || *address == "::";
     host->message(context, TOFGRAPH_MESSAGE_INFO,
                   fmt::format("live view: {}{}", server_->url(),
-                              everywhere ? " (in place of the zeros the name of this computer)" : "")
+                              everywhere ? " (replace the zeros by the name of this computer)" : "")
                       .c_str());
     wait_for_client(Clock::time_point::max());
     next_ = Clock::now();

@@ -22,10 +22,13 @@ struct McapWriter final : Sink {
   Param<std::string> topics{
       this,
       "topics",
-      {.default_value = "/camera", .text = "the topics are this with /depth, /points, /camera_info, .."}};
-  Param<std::string> frame_id{this, "frame_id", {.default_value = "camera_optical_frame", .text = "of the headers"}};
+      {.default_value = "/camera", .text = "prefix of the topics: this with /depth, /points, /camera_info, .."}};
+  Param<std::string> frame_id{
+      this, "frame_id", {.default_value = "camera_optical_frame", .text = "frame_id of the headers"}};
   Param<Choice> compression{
-      this, "compression", {.default_value = "zstd", .choices = "none lz4 zstd", .text = "of the chunks, one a frame"}};
+      this,
+      "compression",
+      {.default_value = "zstd", .choices = "none lz4 zstd", .text = "compression of the chunks, one per frame"}};
 
   void prepare(Setup& setup) {
     for (const tofgraph_channel& channel : setup.channels()) {
@@ -37,7 +40,7 @@ struct McapWriter final : Sink {
         left_out_ += (left_out_.empty() ? "" : ", ") + name;
     }
     if (names_.empty())
-      throw std::runtime_error("what arrives has no image of one number per pixel and no points: decode it before");
+      throw std::runtime_error("the input has neither an image of one number per pixel nor points: decode it before");
     if (!left_out_.empty()) warn(left_out_ + " cannot be written: a message holds one number per pixel");
     if (topics->empty() || topics->front() != '/' || topics->back() == '/')
       throw ConfigError("topics", "must begin with a / and not end with one, e.g. /camera");
@@ -62,7 +65,7 @@ struct McapWriter final : Sink {
     if (file_)
       file_->finish();
     else
-      warn("no frames arrived: " + *path + " is not written");
+      warn("the input had no frames: " + *path + " is not written");
   }
 
  private:

@@ -16,7 +16,7 @@ namespace tofgraph {
 struct NpyWriter final : Sink {
   In<void> every{this, "*", {.text = "the channel is one of these"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the array, e.g. out/depth.npy"}};
-  Param<std::string> channel{this, "channel", {.required = true, .text = "which, e.g. depth"}};
+  Param<std::string> channel{this, "channel", {.required = true, .text = "channel to write, e.g. depth"}};
 
   void prepare(Setup& setup) {
     const tofgraph_channel* found = setup.find(channel->c_str());
@@ -25,7 +25,7 @@ struct NpyWriter final : Sink {
       for (const tofgraph_channel& one : setup.channels()) {
         if (std::string_view(one.name) != "rays") names += (names.empty() ? "" : ", ") + std::string(one.name);
       }
-      throw ConfigError("channel", "'" + *channel + "' is not there; what arrives has " + names);
+      throw ConfigError("channel", "'" + *channel + "' is missing; the input has " + names);
     }
   }
 
@@ -48,7 +48,7 @@ struct NpyWriter final : Sink {
   }
 
   void finish() {
-    if (!file_) return warn("no frames arrived: " + *path + " is not written");
+    if (!file_) return warn("the input had no frames: " + *path + " is not written");
     {
       std::fstream again(file_->temporary_path(), std::ios::in | std::ios::out | std::ios::binary);
       again << header();

@@ -17,12 +17,12 @@ struct PcdWriter final : CloudFile {
   Param<Choice> encoding{
       this,
       "encoding",
-      {.default_value = "binary", .choices = "ascii binary binary_compressed", .text = "of the values"}};
+      {.default_value = "binary", .choices = "ascii binary binary_compressed", .text = "encoding of the values"}};
   Param<std::vector<double>> viewpoint{
       this,
       "viewpoint",
       {.default_value = "[0, 0, 0, 1, 0, 0, 0]",
-       .text = "of the camera in the frame of the points: x y z in metres, "
+       .text = "pose of the camera in the frame of the points: x y z in metres, "
                "quaternion w x y z; default: the optical centre; required after transform"}};
 
   void prepare(Setup& setup) {

@@ -11,7 +11,7 @@ struct PlyWriter final : CloudFile {
   PlyWriter() : CloudFile("true") {}
 
   Param<Choice> encoding{
-      this, "encoding", {.default_value = "binary", .choices = "ascii binary", .text = "of the values"}};
+      this, "encoding", {.default_value = "binary", .choices = "ascii binary", .text = "encoding of the values"}};
 
   void prepare(Setup& setup) { prepare_files(setup, ".ply"); }
 

@@ -42,7 +42,7 @@ struct Statistics final : Sink {
                      "part",
                      {.default_value = "all",
                       .choices = "all flat edge each",
-                      .text = "which pixels: edge, those within 3 pixels of a step of more than 30 mm between "
+                      .text = "pixels to evaluate: edge, those within 3 pixels of a step of more than 30 mm between "
                               "neighbours in the reference; flat, the others; each, all of them side by side"}};
   Param<OutputFile> path{this, "path", {.text = "a .csv or .json file; default: standard output"}};
   Param<bool> show{this,
@@ -58,7 +58,8 @@ struct Statistics final : Sink {
     choose_format();
     if (value.given() && reference.given()) throw ConfigError("reference", "and value exclude each other: write one");
     if (*part != "all" && !reference.given())
-      throw ConfigError("part", "edges are those of a reference, which is not given, e.g. reference: true_depth");
+      throw ConfigError("part",
+                        "edges are determined from a reference, which is not given, e.g. reference: true_depth");
     for (const tofgraph_stream* stream : setup.streams()) add_input(*stream);
   }
 
@@ -104,7 +105,7 @@ struct Statistics final : Sink {
     if (*format != "auto") return;
     if (!path->empty() && extension != ".csv" && extension != ".json") {
       throw ConfigError(
-          "path", fmt::format("'{}' says nothing about the format: end it in .csv or .json, or write e.g. format: csv",
+          "path", fmt::format("'{}' does not determine the format: end it in .csv or .json, or write e.g. format: csv",
                               std::string(*path)));
     }
     format_ = path->empty() ? "table" : extension.substr(1);
@@ -142,12 +143,13 @@ struct Statistics final : Sink {
     }
     if (found == nullptr) {
       const std::string missing = channel.given() ? "'" + *channel + "'" : "depth, range or distance",
-                        hint = channel.given() ? "" : ": a decoder above makes distance, e.g. four_phase_decoder";
-      throw ConfigError("channel", fmt::format("there is no {}; what arrives from '{}' has {}{}", missing, stream.node,
+                        hint =
+                            channel.given() ? "" : ": a decoder before it computes distance, e.g. four_phase_decoder";
+      throw ConfigError("channel", fmt::format("there is no {}; the input from '{}' has {}{}", missing, stream.node,
                                                fmt::join(channel_names(stream), ", "), hint));
     }
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2)
-      throw ConfigError("channel", fmt::format("'{}' is no image of float32 numbers", found->name));
+      throw ConfigError("channel", fmt::format("'{}' is not an image of float32 numbers", found->name));
     return found;
   }
 
@@ -172,7 +174,7 @@ struct Statistics final : Sink {
   void check_reference(const tofgraph_stream& stream, const tofgraph_channel& image) const {
     const tofgraph_channel* const found = channel_of(stream, *reference);
     if (found == nullptr)
-      throw ConfigError("reference", fmt::format("what arrives from '{}' has no '{}'", stream.node, *reference));
+      throw ConfigError("reference", fmt::format("the input from '{}' has no '{}'", stream.node, *reference));
     if (found->type != TOFGRAPH_TYPE_F32 || found->rank != 2 || std::string_view(found->unit) != image.unit ||
         found->extent[0] != image.extent[0] || found->extent[1] != image.extent[1]) {
       throw ConfigError("reference", fmt::format("'{}' is not an image (float32) of the unit and size of '{}'",

@@ -26,7 +26,7 @@ const cv::Scalar wall_grey(228, 228, 228), grid_grey(205, 205, 205);
 class View {
  public:
   /// @param azimuth rotation of the box about its value axis, rad; at 0 the last row is in front
-  /// @param elevation of the viewer above the image plane, rad
+  /// @param elevation elevation of the viewer above the image plane, rad
   View(double azimuth, double elevation, const cv::Point3d& box)
       : c_(std::cos(azimuth)),
         s_(std::sin(azimuth)),
@@ -212,21 +212,21 @@ Range whole_range(const cv::Mat& image, Range shown) {
 /// which is invalid is omitted. The axes of columns and rows are in pixels, that of the values in m, or mm below 1
 /// m.
 struct SurfaceWriter final : ChannelPictures {
-  Param<double> azimuth{this,
-                        "azimuth",
-                        {.unit = "rad",
-                         .default_value = "-35 deg",
-                         .min = -std::numbers::pi,
-                         .max = std::numbers::pi,
-                         .text = "of the viewer about the viewing axis, from the middle of the last row; positive: "
-                                 "to the right"}};
+  Param<double> azimuth{
+      this,
+      "azimuth",
+      {.unit = "rad",
+       .default_value = "-35 deg",
+       .min = -std::numbers::pi,
+       .max = std::numbers::pi,
+       .text = "turn of the viewer about the viewing axis, from the middle of the last row; positive: to the right"}};
   Param<double> elevation{this,
                           "elevation",
                           {.unit = "rad",
                            .default_value = "40 deg",
                            .min = 0.05,
                            .max = 1.5,
-                           .text = "of the viewer above the image plane"}};
+                           .text = "elevation of the viewer above the image plane"}};
   Param<std::int64_t> size{
       this, "size", {.default_value = "720", .min = 300, .max = 8000, .text = "width of the picture in pixels"}};
 

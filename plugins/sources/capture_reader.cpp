@@ -32,17 +32,18 @@ namespace tofgraph {
 struct CaptureReader final : Source {
   Param<InputFile> file{
       this, "file", {.required = true, .text = "a capture (.h5), or one that is still being recorded (.h5.part)"}};
-  Param<std::string> channels{this,
-                              "channels",
-                              {.text = "which to read, e.g. [range, amplitude]; default: all but a simulation's truth. "
-                                       "Lengths come with their flags"}};
+  Param<std::string> channels{
+      this,
+      "channels",
+      {.text = "channels to read, e.g. [range, amplitude]; default: all but a simulation's truth. "
+               "Lengths come with their flags"}};
   Param<std::vector<double>> frames{this, "frames", {.min = 0, .text = "first and last, e.g. [0, 19]; default: all"}};
   Param<Choice> exposures{
       this,
       "exposures",
       {.default_value = "recording",
        .choices = "recording camera",
-       .text = "which to use: the recording's if it has its own, or those of the camera's profile"}};
+       .text = "exposures to use: the recording's if it has its own, or those of the camera's profile"}};
   Param<std::string> sources{
       this, "sources", {.text = "the light sources that were on, e.g. left; default: as recorded, or all"}};
 

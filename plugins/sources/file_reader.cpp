@@ -28,20 +28,27 @@ struct FileReader final : Source {
       this,
       "files",
       {.text =
-           "instead of file, a series: a pattern with * and ?, relative to the working folder, or one name a line"}};
-  Param<InputFile> layout{this, "layout", {.text = "a layout file: what the arrays are"}};
+           "instead of file, a series: a pattern with * and ?, relative to the working folder, or one name per line"}};
+  Param<InputFile> layout{this, "layout", {.text = "a layout file, which describes the arrays"}};
   Param<std::string> as{
       this,
       "as",
       {.text = "the channel of the array, e.g. depth; of one of several arrays CHANNEL=ARRAY; several with commas"}};
-  Param<std::string> unit{this, "unit", {.text = "of lengths: of a value of 1, e.g. mm or 0.25 mm"}};
-  Param<std::string> axes{this, "axes", {.text = "of the array, slowest first, e.g. frame row column"}};
+  Param<std::string> unit{
+      this, "unit", {.text = "unit of lengths: the length that a value of 1 stands for, e.g. mm or 0.25 mm"}};
+  Param<std::string> axes{this, "axes", {.text = "axes of the array, slowest first, e.g. frame row column"}};
   Param<std::vector<double>> invalid{
-      this, "invalid", {.text = "values that mean no measurement, of lengths where there are any, e.g. [0, 65535]"}};
-  Param<double> integration_time{this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame"}};
+      this,
+      "invalid",
+      {.text = "values that mean no measurement; they apply to the lengths if there are any, e.g. [0, 65535]"}};
+  Param<double> integration_time{
+      this, "integration_time", {.unit = "s", .min = 0, .text = "integration time of every frame"}};
   Param<double> modulation_frequency{
-      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "of every frame; default: the profile's"}};
-  Param<double> frame_rate{this, "frame_rate", {.unit = "Hz", .min = 1e-6, .text = "for the time stamps"}};
+      this,
+      "modulation_frequency",
+      {.unit = "Hz", .min = 1, .text = "modulation frequency of every frame; default: the profile's"}};
+  Param<double> frame_rate{
+      this, "frame_rate", {.unit = "Hz", .min = 1e-6, .text = "frame rate from which the time stamps follow"}};
 
   void prepare(Setup& setup) {
     registry_ = std::make_unique<graph::PluginRegistry>(config::split_path(host->plugin_path(context)));
@@ -102,7 +109,7 @@ struct FileReader final : Source {
       const std::size_t pixels = std::size_t{frames_->camera().width} * frames_->camera().height;
       if (refused.count > 0)
         warn(refused.sentence(channel.name, next_ * pixels, config::counted(next_, "frame")) +
-             "; if that is what they mean, say so, e.g. " +
+             "; if they mean invalid pixels, state it, e.g. " +
              (refused.zero == refused.count ? "invalid: [0]" : "invalid: [-1]"));
     }
   }
@@ -162,7 +169,7 @@ struct FileReader final : Source {
       }
     }
     if (result.channels.empty() && (unit.given() || axes.given() || invalid.given()))
-      throw ConfigError("as", "must say which channel the array is, e.g. as: depth");
+      throw ConfigError("as", "must name the channel of the array, e.g. as: depth");
     // Unit and "not measured" value apply to lengths, if there are any: an amplitude may well be 0.
     const auto is_length = [](const foreign::ChannelLayout& channel) {
       return is_length_channel(channel.channel) || channel.channel == "sigma";
@@ -188,9 +195,10 @@ struct FileReader final : Source {
     const std::size_t equal = text.find('=');
     const std::string channel = text.substr(0, equal);
     if (std::ranges::find(foreign::layout_channels, std::string_view(channel)) == std::end(foreign::layout_channels))
-      throw ConfigError("as", "'" + channel +
-                                  "' is no channel; channels: depth range distance points amplitude intensity phases "
-                                  "taps sigma flags");
+      throw ConfigError("as",
+                        "'" + channel +
+                            "' is not a channel; channels: depth range distance points amplitude intensity phases "
+                            "taps sigma flags");
     layout.channels.push_back({.channel = channel, .array = equal == std::string::npos ? "" : text.substr(equal + 1)});
   }
 

@@ -19,9 +19,7 @@ namespace tofgraph {
 struct PmdRawReader final : Source {
   Out<std::uint16_t> taps{this, "taps"};
   Out<std::uint8_t> headers{
-      this,
-      "raw_headers",
-      {.shape = "4 512", .unit = "", .text = "the 512 bytes before each phase image, as they are"}};
+      this, "raw_headers", {.shape = "4 512", .unit = "", .text = "the 512 bytes before each phase image, unchanged"}};
   Param<InputFile> file{this, "file", {.required = true, .text = "the dump"}};
   Param<std::int64_t> frame_header{
       this,
@@ -32,9 +30,13 @@ struct PmdRawReader final : Source {
       "phase_order",
       {.default_value = "[3, 2, 1, 0]", .min = 0, .max = 3, .text = "the k of each image in the file"}};
   Param<double> integration_time{
-      this, "integration_time", {.unit = "s", .min = 0, .text = "of every frame; the dump does not say"}};
+      this,
+      "integration_time",
+      {.unit = "s", .min = 0, .text = "integration time of every frame; the dump does not state it"}};
   Param<double> modulation_frequency{
-      this, "modulation_frequency", {.unit = "Hz", .min = 1, .text = "of every frame; default: the profile's"}};
+      this,
+      "modulation_frequency",
+      {.unit = "Hz", .min = 1, .text = "modulation frequency of every frame; default: the profile's"}};
 
   void prepare(Setup& setup) {
     const tofgraph_camera& camera = setup.camera();
@@ -62,7 +64,7 @@ struct PmdRawReader final : Source {
     if (rest != 0) {
       warn(*file + " is not a whole number of frames: " + config::counted(whole, "frame") + " of " +
            std::to_string(frame_bytes()) + " bytes read, the last " + std::to_string(rest) +
-           " bytes are not; is it the right camera, or is a frame_header missing?");
+           " bytes are not; is the camera right, or is a frame_header missing?");
     }
     frames_ = whole;
     setup.set_frames(frames_, (integration_time.given() ? TOFGRAPH_KNOWS_INTEGRATION_TIME + 0U : 0U) |

@@ -27,16 +27,19 @@ struct Simulator final : Source {
   Out<float> true_reflectivity{this, "reflectivity", {.optional = true}};
   Param<InputFile> scene{this, "scene", {.text = "a scene file; default: a board according to the parameters"}};
   Param<InputFile> model{this, "model", {.text = "a model file, light and effects; default: the scene's, or ideal"}};
-  Param<double> distance{
-      this,
-      "distance",
-      {.unit = "m", .default_value = "500 mm", .min = 1e-3, .max = 1e3, .text = "of the board from the sensor plane"}};
+  Param<double> distance{this,
+                         "distance",
+                         {.unit = "m",
+                          .default_value = "500 mm",
+                          .min = 1e-3,
+                          .max = 1e3,
+                          .text = "distance of the board from the sensor plane"}};
   Param<double> reflectivity{
-      this, "reflectivity", {.default_value = "0.85", .min = 0, .max = 1, .text = "of the board"}};
+      this, "reflectivity", {.default_value = "0.85", .min = 0, .max = 1, .text = "reflectivity of the board"}};
   Param<double> integration_time{
       this,
       "integration_time",
-      {.unit = "s", .default_value = "1 ms", .min = 1e-6, .max = 10, .text = "of each phase image"}};
+      {.unit = "s", .default_value = "1 ms", .min = 1e-6, .max = 10, .text = "integration time of each phase image"}};
   Param<Choice> noise{
       this,
       "noise",
@@ -44,17 +47,19 @@ struct Simulator final : Source {
   Param<std::int64_t> frames{
       this,
       "frames",
-      {.default_value = "1", .min = 0, .text = "how many per condition; 0: endless; default: the scene's"}};
-  Param<double> frame_rate{
-      this,
-      "frame_rate",
-      {.unit = "Hz", .min = 1e-3, .max = 1e6, .text = "for the time stamps; default: the camera's"}};
+      {.default_value = "1", .min = 0, .text = "number of frames per condition; 0: endless; default: the scene's"}};
+  Param<double> frame_rate{this,
+                           "frame_rate",
+                           {.unit = "Hz",
+                            .min = 1e-3,
+                            .max = 1e6,
+                            .text = "frame rate from which the time stamps follow; default: the camera's"}};
   Param<std::int64_t> seed{
-      this, "seed", {.default_value = "1", .min = 0, .text = "of the noise; default: the scene's"}};
+      this, "seed", {.default_value = "1", .min = 0, .text = "seed of the noise; default: the scene's"}};
   Param<Choice> output{
       this,
       "output",
-      {.choices = "phases taps distance", .text = "what the camera delivers; default: the scene's, or phases"}};
+      {.choices = "phases taps distance", .text = "output of the camera; default: the scene's, or phases"}};
   Param<bool> truth{
       this, "truth", {.default_value = "false", .text = "adds true_depth and reflectivity, without any error"}};
 
@@ -136,7 +141,7 @@ struct Simulator final : Source {
     }
     period_ = 1 / (frame_rate.given() ? *frame_rate : camera.frame_rate);
     if (!std::isfinite(period_))
-      throw ConfigError("frame_rate", "the camera's profile has none, so it has to be given, e.g. frame_rate: 80 Hz");
+      throw ConfigError("frame_rate", "the camera's profile has none, so it must be given, e.g. frame_rate: 80 Hz");
     rows_ = camera.height;
     columns_ = camera.width;
     count_ = static_cast<std::uint64_t>(*frames);

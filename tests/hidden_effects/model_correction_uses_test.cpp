@@ -187,14 +187,14 @@ TEST_F(ModelCorrection, NeedsWhatItsEffectsDependOn) {
   };
   const auto nothing = [](Harness&) {};
   EXPECT_EQ(refusal("zero_offset", nothing), "");
-  EXPECT_THAT(refusal("amplitude_walk", nothing), testing::HasSubstr("depend on the amplitude, which does not arrive"));
+  EXPECT_THAT(refusal("amplitude_walk", nothing), testing::HasSubstr("depend on the amplitude, which the input lacks"));
   EXPECT_THAT(refusal("integration_time_offset", [](Harness& stage) { stage.known(0); }),
-              testing::HasSubstr("depend on the integration time, which these frames do not tell"));
+              testing::HasSubstr("depend on the integration time, which these frames do not state"));
   const auto no_power_on = [](Harness& stage) {
     stage.metadata().integration_time = 1e-3;  // also affects its heating
     stage.metadata().time_since_power_on = std::nan("");
   };
-  EXPECT_THAT(refusal("warm_up", no_power_on), testing::HasSubstr("the frame does not tell its time since power-on"));
+  EXPECT_THAT(refusal("warm_up", no_power_on), testing::HasSubstr("the frame does not state its time since power-on"));
 }
 
 }  // namespace

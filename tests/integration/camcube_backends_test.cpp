@@ -121,7 +121,7 @@ TEST_F(CameraBackends, FramesThatMadeRoomAreCountedAsLost) {
                 "kill -STOP $P; sleep 1.5; kill -CONT $P; wait $P",
             folder.path());
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("came faster than they were taken"),
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("arrived faster than they were read"),
                                  HasSubstr("that came from the camera are not in the recording")));
   EXPECT_GT(raw_values<double>(file("a.h5"), "/frames/integration_time_s").size(), 10U) << "what came is there";
 }
@@ -203,7 +203,7 @@ TEST_F(CameraBackends, AnOlderLibraryServesForWhatItHas) {
   const std::string old = "camcube:pmdsdk library=" TOFGRAPH_BINARY_DIR "/tests/pmd/lib/libpmdaccess2_old.so ";
   const Outcome plain = run("", old + "! null", "--frames 2");
   EXPECT_EQ(plain.exit_code, 0) << plain.err;
-  EXPECT_THAT(plain.err, HasSubstr("whether these calibrations are on is not known"));
+  EXPECT_THAT(plain.err, HasSubstr("it is unknown whether these calibrations are on"));
   const Outcome time = run("", old + "integration_time=\"1 ms\" ! null", "--frames 2");
   EXPECT_EQ(time.exit_code, 2);
   EXPECT_THAT(time.err, HasSubstr("has no function pmdSetIntegrationTime"));
@@ -219,7 +219,7 @@ TEST_F(CameraBackends, FaultsOfTheVendorsCamera) {
       {"PMD_STAND_IN_FAULT=block", "no frame came for 1 s: the camera does not answer"},
       {"PMD_STAND_IN_FAULT=timeout", "no frame came for 1 s: the camera does not answer"},
       {"PMD_STAND_IN_TYPE=0x1007", "of type 0x1007, which is not known to hold taps A and B"},
-      {"PMD_STAND_IN_PIXELS=100", "the camera gives 3648 bytes a frame, one of 204 x 204 px has 667904"}};
+      {"PMD_STAND_IN_PIXELS=100", "the camera delivers 3648 bytes per frame, a frame of 204 x 204 px has 667904"}};
   for (const auto& [environment, text] : cases) {
     const Outcome outcome = run(environment, camera + " ! null", "--frames 40");
     EXPECT_EQ(outcome.exit_code, 1) << environment;

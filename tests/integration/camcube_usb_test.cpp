@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Each, UsbCameraFault,
                          testing::Values(FaultCase{"unplug", "the camera was unplugged"},
                                          FaultCase{"stall", "the camera stalled; the stall was cleared"},
                                          FaultCase{"short",
-                                                   "a transfer brought 1000 bytes, an image of this camera "
+                                                   "a transfer delivered 1000 bytes, an image of this camera "
                                                    "has 166976"},
                                          FaultCase{"garbage", "has a5 a5 a5 a5 at byte 0, expected 54 46 47 49"},
                                          FaultCase{"half", "half a frame: its image 2 is missing"},

@@ -132,7 +132,7 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
       "  with z.open('a.npy', 'w') as f:\n"
       "    np.lib.format.write_array_header_1_0(f, dict(descr='|u1', fortran_order=False, shape=(2**25, 6, 8)))\n"
       "    for _ in range(48): f.write(bytes(2**25))\n"));
-  EXPECT_THAT(convert("bomb.npz --as amplitude").err, HasSubstr("no measurement compresses so far"));
+  EXPECT_THAT(convert("bomb.npz --as amplitude").err, HasSubstr("no measurement compresses that well"));
   // Images that their decoder would accept.
   std::vector<cv::Mat> pages(3, cv::Mat(6, 8, CV_32F, cv::Scalar(1)));
   cv::imwritemulti(path("p.tiff").string(), pages);

@@ -156,7 +156,7 @@ TEST_F(Installed, CMakeAsksForTheKindThatItCannotTell) {
       "sed 's/tofgraph::Filter/Base/' $OUTSIDE/filter.cpp >filter.cpp");
   // Error text whose lines may be wrapped by CMake.
   const Outcome untold = run("cmake -S . -B build -DCMAKE_PREFIX_PATH=$PREFIX 2>&1 | tr -s '[:space:]' ' '");
-  EXPECT_THAT(untold.out, HasSubstr("filter.cpp does not tell what it is"));
+  EXPECT_THAT(untold.out, HasSubstr("filter.cpp is unknown: it has neither"));
   succeeds(
       "sed -i 's/filter.cpp/& KIND filter/' CMakeLists.txt && cmake -S . -B build -DCMAKE_PREFIX_PATH=$PREFIX >log");
 }

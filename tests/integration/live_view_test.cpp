@@ -288,8 +288,7 @@ TEST(LiveView, ATakenPortIsReportedBeforeAnythingStarts) {
   }
   write_text(folder.path() / "q.yaml",
              "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator}\n  - {stage: live_view, port: 0}\n");
-  EXPECT_THAT(shell("\"$TOFGRAPH\" run q.yaml", folder.path()).err,
-              HasSubstr("nothing that arrives is an image or a cloud"));
+  EXPECT_THAT(shell("\"$TOFGRAPH\" run q.yaml", folder.path()).err, HasSubstr("the input has no image and no cloud"));
 }
 
 TEST(LiveView, ManyClientsAndOnesThatNeverReadDoNotStopThePipeline) {

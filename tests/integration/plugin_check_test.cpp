@@ -31,14 +31,14 @@ struct Case {
 const Case cases[] = {
     {"filter", "leaks_lives", "lifetime", "it leaks: "},
     {"filter", "leaks_frames", "growth", "it leaks: 10"},
-    {"filter", "allocates", "steady", "it asks for memory 1 times a frame, but says that it does not"},
-    {"filter", "data_race", "threads", "when several are in work at the same time: a data race"},
-    {"filter", "wrong_unit", "lengths", "where about 1 m arrives: is it in another unit?"},
+    {"filter", "allocates", "steady", "it allocates memory 1 times per frame, but declares that it does not"},
+    {"filter", "data_race", "threads", "when several frames are processed at the same time: a data race"},
+    {"filter", "wrong_unit", "lengths", "for an input of about 1 m: is it in another unit?"},
     {"filter", "declares_seconds", "units", "its port 'depth' has 'depth' in 's', but that channel is in 'm'"},
     {"filter", "writes_input", "memory", "the stage changed 'depth', which it only reads"},
     {"filter", "writes_behind", "memory", "the stage wrote beyond the end of the memory of 'depth'"},
     {"filter", "invalid_unflagged", "memory", "'depth' is NaN without the flag 'invalid' at 1 pixel"},
-    {"filter", "remembers_frames", "stateless", "it remembers frames although it says that it is stateless"},
+    {"filter", "remembers_frames", "stateless", "it remembers frames although it declares itself stateless"},
     {"filter", "changes_locale", "process", "it changes the locale of the process"},
     {"filter", "changes_folder", "process", "it changes the working folder of the process"},
     {"filter", "catches_signals", "process", "it changes the handlers of signals of the process"},
@@ -46,7 +46,8 @@ const Case cases[] = {
     {"filter", "leaves_files_open", "process", "it leaves files open"},
     {"filter", "leaves_threads", "process", "it leaves threads behind"},
     {"filter", "ignores_strides", "gaps", "when the rows of a channel have gaps between them"},
-    {"filter", "throws_dice", "repeats", "two stages with the same settings give other frames for the same frames"},
+    {"filter", "throws_dice", "repeats",
+     "two stages with the same settings give different results for the same frames"},
     {"filter", "crashes_when_empty", "empty", "crashed (signal 6, Aborted): node 'crashes_when_empty'"},
     {"filter", "has_no_text", "texts", "parameter 'size' has no text"},
     {"filter", "refuses_frames", "runs", "it is prepared for a stream and then refuses its frames: not today"},
@@ -56,8 +57,9 @@ const Case cases[] = {
     {"effect", "never_off", "off", "it changes the light although all its sizes are off"},
     {"effect", "wrong_derivative", "smooth", "the light does not change smoothly with 'size'"},
     {"effect", "becomes_nan", "finite", "it turns finite light into NaN or infinity at size: "},
-    {"effect", "touches_other", "touches", "it changes 'distance' as much as anything, and does not declare it"},
-    {"effect", "mixes_lights", "same", "it gives other light for the same light"},
+    {"effect", "touches_other", "touches",
+     "it changes 'distance' as much as the observables that it declares, and does not declare it"},
+    {"effect", "mixes_lights", "same", "it gives different results for the same light"},
 };
 
 /// Plugins with other defects.
@@ -95,7 +97,7 @@ const Case broken[] = {
     {"filter", "message_null", "runs", "the plugin gave null as the text of a message", "misuse"},
     {"filter", "camera_without_size", "runs", "a struct is smaller than in API 2.0", "misuse"},
     {"effect", "effect_provides", "off", "the plugin called provide(), but an effect has no stream", "misuse"},
-    {"effect", "effect_output", "off", "output() was asked for 'path', which is not an output", "misuse"},
+    {"effect", "effect_output", "off", "output() was called for 'path', which is not an output", "misuse"},
 };
 
 class Misbehaves : public testing::TestWithParam<Case> {};

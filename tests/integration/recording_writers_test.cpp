@@ -176,7 +176,7 @@ TEST_F(RecordingWriters, SixteenBitPicturesFollowTheConventionOfRos) {
 TEST_F(RecordingWriters, WhatCannotBeWrittenIsSaidBeforeTheFirstFrame) {
   const Outcome channel = run("npy_writer path=a.npy channel=range");
   EXPECT_EQ(channel.exit_code, 2);
-  EXPECT_THAT(channel.err, HasSubstr("'range' is not there; what arrives has amplitude, depth, flags, points"));
+  EXPECT_THAT(channel.err, HasSubstr("'range' is missing; the input has amplitude, depth, flags, points"));
   EXPECT_EQ(run("mcap_writer path=a.mcap topics=tof").exit_code, 2);
   ASSERT_EQ(run("mcap_writer path=a.mcap").exit_code, 0);
   const Outcome again = tofgraph("run \"capture_reader file=in.h5 ! mcap_writer path=a.mcap\" --camera ./tiny.yaml");

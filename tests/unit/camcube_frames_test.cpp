@@ -113,7 +113,7 @@ TEST_F(Assembling, WhatIsNoImageSpoilsItsFrame) {
       assembler().message(std::span(bytes).first(i == bad ? 100 : bytes.size()));
     }
     send(3);
-    EXPECT_EQ(next(), "a transfer brought 100 bytes, an image of this camera has 536");
+    EXPECT_EQ(next(), "a transfer delivered 100 bytes, an image of this camera has 536");
     EXPECT_EQ(next(), "3") << bad;
     EXPECT_EQ(next(), "nothing");
   }
@@ -150,7 +150,7 @@ TEST_F(Assembling, WithoutANumberFramesAreCounted) {
   send(5);
   EXPECT_EQ(next(), "0");
   EXPECT_TRUE(std::isnan(frame_.integration_time));
-  EXPECT_THAT(next(), HasSubstr("a transfer brought 9 bytes"));
+  EXPECT_THAT(next(), HasSubstr("a transfer delivered 9 bytes"));
   EXPECT_EQ(next(), "2");  // the corrupted frame counts
   EXPECT_THAT(next(), HasSubstr("image 0 is missing"));
   EXPECT_EQ(next(), "4");
@@ -243,7 +243,7 @@ TEST_F(Assembling, TimesThatCannotBeSpoilTheFrame) {
       std::fill(bytes.begin() + 4, bytes.begin() + 12, byte);
       assembler().message(bytes);
     }
-    EXPECT_THAT(next(), HasSubstr("a header says an integration time of "));
+    EXPECT_THAT(next(), HasSubstr("a header states an integration time of "));
     EXPECT_EQ(next(), "nothing");
   }
 }

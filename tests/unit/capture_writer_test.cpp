@@ -97,7 +97,7 @@ TEST_F(WriterStage, WritesWhatIsAskedForAndNeverTheRays) {
   H5Fclose(file);
   path = folder.path() / "b.h5";
   expect_words(why("channels=[depth,range]", [](Harness& s) { put(s, 1); }),
-               "parameter 'channels': 'range' cannot be recorded: what arrives has depth, flags, taps, sigma");
+               "parameter 'channels': 'range' cannot be recorded: the input has depth, flags, taps, sigma");
   expect_words(why("channels=[rays]", [](Harness& s) { put(s, 1); }), "'rays' cannot be recorded");
   expect_words(why("channels=[flags]", [](Harness& s) { put(s, 1); }),
                "a capture needs at least one of taps, phases, distance, range, depth");
@@ -150,7 +150,8 @@ TEST_F(WriterStage, SaysThatNoFrameArrived) {
   put(stage, 1);
   stage.prepare();
   stage.finish();
-  EXPECT_EQ(stage.messages(), std::vector<std::string>{"no frames arrived: " + path.string() + " is not written"});
+  EXPECT_EQ(stage.messages(),
+            std::vector<std::string>{"the input had no frames: " + path.string() + " is not written"});
   EXPECT_FALSE(fs::exists(path));
 }
 

@@ -58,7 +58,7 @@ TEST(Channels, ARenamedOneKeepsContentMeaningAndItsSigma) {
 
 TEST(Channels, SaysWhatCannotBe) {
   EXPECT_NE(refusal("").find("there is nothing to do: give keep, drop or rename"), std::string::npos);
-  EXPECT_NE(refusal("drop=[depth]").find("there is no 'depth'; what arrives has distance, sigma, amplitude"),
+  EXPECT_NE(refusal("drop=[depth]").find("there is no 'depth'; the input has distance, sigma, amplitude"),
             std::string::npos);
   EXPECT_NE(refusal("keep=[sigma] drop=[sigma]").find("exclude each other"), std::string::npos);
   EXPECT_NE(refusal("rename=[distance]").find("'distance' is not of the form old=new"), std::string::npos);

@@ -191,7 +191,7 @@ TEST(PcdWriter, ReplacesNothingUnasked) {
 TEST(PcdWriter, SaysWhatIsWrong) {
   const tests::TemporaryFolder folder;
   const std::string path = " path='" + (folder.path() / "c.pcd").string() + "'";
-  EXPECT_NE(said("pcd_writer intensity=colour" + path).find("what arrives has no 'colour'"), std::string::npos);
+  EXPECT_NE(said("pcd_writer intensity=colour" + path).find("the input has no 'colour'"), std::string::npos);
   EXPECT_NE(said("pcd_writer intensity=flags" + path).find("expected float32"), std::string::npos);
   EXPECT_NE(said("pcd_writer viewpoint=[0, 0, 0]" + path).find("needs seven numbers"), std::string::npos);
   EXPECT_NE(said("pcd_writer viewpoint=[0, 0, 0, 1, 1, 0, 0]" + path).find("must have length 1"), std::string::npos);

@@ -132,7 +132,7 @@ TEST(Crop, CutsCloudsOfKnownSizeButNotTheSensor) {
     changing.prepare();
     ADD_FAILURE() << "there is nothing to cut";
   } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find("what arrives changes in size"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("the input changes in size"), std::string::npos) << error.what();
   }
 }
 

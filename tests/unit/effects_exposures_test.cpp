@@ -119,7 +119,7 @@ TEST(Further, OfMoreImagesThanThereAreIsRefused) {
     EXPECT_NE(problem(one, steps({0, 90, 180, 270})).find("takes 4 images"), std::string::npos);
   }
   for (const char* third : {"{effect: phase_step_error, step3: 1 mrad}", "{effect: phase_gain, gain3: 1 %}"})
-    EXPECT_NE(problem(third, three()).find("is that of image 3, but the camera takes 3"), std::string::npos);
+    EXPECT_NE(problem(third, three()).find("applies to image 3, but the camera takes 3"), std::string::npos);
 }
 
 }  // namespace

@@ -229,7 +229,7 @@ TEST_F(ImageStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("a.tif", "format=color"), "parameter 'format': color is written as .png, but path ends in .tif");
   expect_words(why("a.png", "format=float32"), "float32 is written as .tif, but path ends in .png");
   expect_words(why("a.png", "channel=brightness"),
-               "there is no 'brightness'; what arrives has range, amplitude, flags, points");
+               "there is no 'brightness'; the input has range, amplitude, flags, points");
   expect_words(why("a.png", "channel=points"), "'points' has 3 dimensions, an image has two");
   expect_words(why("a.png", "minimum=3"), "parameter 'minimum': 'range' is in m: write e.g. minimum: 500 mm");
   expect_words(why("a.png", "channel=amplitude maximum='3 mm'"),

@@ -308,7 +308,7 @@ TEST(Intrinsics, RefusesToRectifyWhereThereIsNothingOrTooLate) {
   late.camera(profile);
   late.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1),
                   {.unit = "m", .of = "", .applied = "optimized_bistatic point_cloud", .from = ""});
-  EXPECT_NE(message_of([&] { late.prepare(); }).find("there already are points"), std::string::npos);
+  EXPECT_NE(message_of([&] { late.prepare(); }).find("the input already has points"), std::string::npos);
   Harness recorded("intrinsics rectify=true");
   recorded.camera(profile);
   recorded.put<float>("points", {204, 204, 3}, std::vector<float>(3 * pixels, 1));

@@ -156,7 +156,7 @@ TEST(Mask, SaysWhatIsMissing) {
   EXPECT_NE(refusal("min_amplitude='5 counts'").find("needs the amplitude"), std::string::npos);
   EXPECT_NE(refusal("max_sigma='5 mm'").find("needs sigma"), std::string::npos);
   EXPECT_NE(refusal("polygon=[1, 2, 3, 4, 5]").find("two for each of three or more corners"), std::string::npos);
-  EXPECT_NE(refusal("keep=outside codes=[0]").find("is for polygon and image"), std::string::npos);
+  EXPECT_NE(refusal("keep=outside codes=[0]").find("applies to polygon and image"), std::string::npos);
   EXPECT_NE(refusal("codes=[0] codes_of=amplitud").find("there is no channel 'amplitud'"), std::string::npos);
   EXPECT_NE(refusal("polygon=[0, 0, 1, 0, 1, 1] codes_of=depth").find("no codes"), std::string::npos);
   EXPECT_NE(refusal("flagged=wraped").find("there is no flag 'wraped'"), std::string::npos);

@@ -125,7 +125,7 @@ TEST(NoiseModel, SaysWhatIsMissing) {
   EXPECT_NE(message("mode=profile read_noise='3 counts' shot_noise='1 counts'", true).find("contrast: 0.5"),
             std::string::npos);
   EXPECT_NE(message("mode=null_channel", true).find("needs the raw images"), std::string::npos);
-  EXPECT_NE(message("mode=spatial", true, 0.5F).find("rounded coarser than the noise"), std::string::npos);
+  EXPECT_NE(message("mode=spatial", true, 0.5F).find("rounded more coarsely than the noise"), std::string::npos);
   EXPECT_EQ(message("mode=spatial", true), "no error");
   EXPECT_NE(message("", true).find("mode"), std::string::npos);
 }

@@ -175,7 +175,7 @@ TEST_F(PcdStage, IntensityIsTheAmplitudeUnlessSaidOtherwise) {
   EXPECT_EQ(written("").values<float>("intensity"), scene.amplitude);
   EXPECT_EQ(written("intensity=intensity").values<float>("intensity"), scene.intensity);
   EXPECT_EQ(written("intensity=none").names(), std::vector<std::string>({"x", "y", "z"}));
-  expect_words(why("intensity=brightness overwrite=true"), "parameter 'intensity': what arrives has no 'brightness'");
+  expect_words(why("intensity=brightness overwrite=true"), "parameter 'intensity': the input has no 'brightness'");
   expect_words(why("intensity=flags overwrite=true"), "'flags' is uint16 with 2 dimensions, expected float32 with 2");
   Harness stage(line("overwrite=true"));
   stage.put<float>("points", {height, width, 3}, scene.points);
@@ -232,7 +232,7 @@ TEST_F(PcdStage, ChecksItsFilesBeforeTheFirstFrame) {
   for (const std::string field : {"sigma", "flags"}) {
     Harness stage(line(field + "=true", "b_{frame}.pcd"));
     stage.put<float>("points", {height, width, 3}, scene.points);
-    expect_words(thrown([&] { stage.prepare(); }), "parameter '" + field + "': what arrives has no " + field);
+    expect_words(thrown([&] { stage.prepare(); }), "parameter '" + field + "': the input has no " + field);
   }
 }
 

@@ -33,7 +33,8 @@ TEST(StatisticsChannels, EdgesAreThoseOfLengths) {
 }
 
 TEST(StatisticsChannels, WithoutLengthsADecoderIsNamed) {
-  expect_words(why(""), "has amplitude, true_amplitude: a decoder above makes distance, e.g. four_phase_decoder");
+  expect_words(why(""),
+               "has amplitude, true_amplitude: a decoder before it computes distance, e.g. four_phase_decoder");
 }
 
 }  // namespace

@@ -295,8 +295,8 @@ TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
   expect_words(why("statistics rows=[3,2]"), "parameter 'rows': expected the first and the last, e.g. rows: [90, 113]");
   expect_words(why("statistics rows=[1.5,2]"), "expected the first and the last");
   expect_words(why("statistics path=a.txt"), "'path': ");
-  expect_words(why("statistics path=a.txt"), "says nothing about the format: end it in .csv or .json");
-  expect_words(why("statistics channel=range"), "'channel': there is no 'range'; what arrives from");
+  expect_words(why("statistics path=a.txt"), "does not determine the format: end it in .csv or .json");
+  expect_words(why("statistics channel=range"), "'channel': there is no 'range'; the input from");
   expect_words(why("statistics value='20 counts'"), "'depth' is in m: write e.g. value: 500 mm");
   write_text(path, "precious");
   expect_words(why(line()), path.string() + " already exists: --force or overwrite: true allows it to be replaced");

@@ -130,7 +130,7 @@ TEST(WindowFilterProperties, SayWhatIsWrong) {
   expect("non_local_means strength='20 mm' search=4", "must be odd");
   expect("non_local_means strength='20 mm' patch=2", "is 2, must be odd");
   expect("non_local_means strength='20 mm' search=31", "the image has only 20 x 30");
-  expect("non_local_means strength='20 mm' guide=amplitude", "what arrives has no amplitude");
+  expect("non_local_means strength='20 mm' guide=amplitude", "the input has no amplitude");
   EXPECT_EQ(said("non_local_means sigma_adaptive=true", true), "");
 }
 

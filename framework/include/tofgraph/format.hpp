@@ -55,7 +55,8 @@ template <class T> struct __attribute__((visibility("hidden"))) FormatGlue {
     const bool opened = guarded(host, [&] {
       file = std::make_unique<T>(std::string(path));
       for (const FileArray& array : file->arrays()) {
-        if (array.extent.empty() || array.extent.size() > 6) throw std::runtime_error("has an array of no rank 1 to 6");
+        if (array.extent.empty() || array.extent.size() > 6)
+          throw std::runtime_error("has an array whose rank is not 1 to 6");
         tofgraph_file_array made{};
         made.size = sizeof made;
         made.flags = array.reversed ? TOFGRAPH_ARRAY_REVERSED + 0U : 0U;

@@ -111,7 +111,7 @@ inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviat
 ///       }
 ///     };
 struct LengthFilter : Filter {
-  InOut<float> image{this, "depth|range|distance", {.text = "what is filtered", .adds = "denoised"}};
+  InOut<float> image{this, "depth|range|distance", {.text = "channel to filter", .adds = "denoised"}};
   InOut<float> sigma{
       this, "sigma", {.optional = true, .text = "standard deviation of the input; becomes that of the result"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created, or combined with the incoming flags"}};
@@ -119,7 +119,7 @@ struct LengthFilter : Filter {
                         "channel",
                         {.default_value = "auto",
                          .choices = "auto depth range distance",
-                         .text = "what is filtered; auto: the first of these that exists"}};
+                         .text = "channel to filter; auto: the first of these that exists"}};
 
  protected:
   /// Lengths of a frame; the array sigma is empty if there is none.

@@ -4,7 +4,7 @@
 
 /// A stage is a class whose members define the channels it reads and changes, and its parameters.
 struct MyPlugin final : tofgraph::Filter {
-  InOut<float> depth{this, "depth", {.text = "what is scaled"}};
+  InOut<float> depth{this, "depth", {.text = "channel to scale"}};
   Param<double> factor{this, "factor", {.default_value = "1.01", .min = 0.5, .max = 2, .text = "multiplier"}};
 
   /// Called once per frame. const, so several frames may be processed at the same time.

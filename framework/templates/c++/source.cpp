@@ -6,7 +6,7 @@
 struct MyPlugin final : tofgraph::Source {
   Out<float> depth{this, "depth"};
   Param<double> speed{this, "speed", {.unit = "m", .default_value = "10 mm", .text = "farther away in each frame"}};
-  Param<std::int64_t> frames{this, "frames", {.default_value = "10", .min = 1, .text = "how many"}};
+  Param<std::int64_t> frames{this, "frames", {.default_value = "10", .min = 1, .text = "number of frames"}};
 
   /// Called before the first frame: announces the number of frames and the metadata that each of them has.
   void prepare(tofgraph::Setup& setup) {

@@ -52,7 +52,7 @@ static int process(void* self, tofgraph_frame* const* frames, uint64_t count) {
 static void destroy(void* self) { free(self); }
 
 static const tofgraph_port ports[] = {{"depth", "depth", "H W", "m", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_INOUT, 0, 0,
-                                       "", "", "", "", "", "what is scaled"}};
+                                       "", "", "", "", "", "channel to scale"}};
 static const tofgraph_parameter parameters[] = {
     {"factor", TOFGRAPH_KIND_NUMBER, 0, "", "1.01", 0.5, 2, "", "multiplier", NAN, NAN}};
 

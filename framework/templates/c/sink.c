@@ -84,7 +84,7 @@ static void destroy(void* self) {
 }
 
 static const tofgraph_port ports[] = {
-    {"depth", "depth", "H W", "m", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_IN, 0, 0, "", "", "", "", "", "what is read"}};
+    {"depth", "depth", "H W", "m", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_IN, 0, 0, "", "", "", "", "", "channel to read"}};
 static const tofgraph_parameter parameters[] = {{"path", TOFGRAPH_KIND_OUTPUT_FILE, TOFGRAPH_PARAMETER_REQUIRED, "",
                                                  NULL, NAN, NAN, "", "the table, e.g. out/means.csv", NAN, NAN}};
 

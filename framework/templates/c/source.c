@@ -68,7 +68,7 @@ static const tofgraph_port ports[] = {
     {"depth", "depth", "H W", "m", TOFGRAPH_TYPE_F32, TOFGRAPH_DIRECTION_OUT, 0, 0, "", "", "", "", "", "a wall"}};
 static const tofgraph_parameter parameters[] = {
     {"speed", TOFGRAPH_KIND_NUMBER, 0, "m", "10 mm", NAN, NAN, "", "farther away in each frame", NAN, NAN},
-    {"frames", TOFGRAPH_KIND_INTEGER, 0, "", "10", 1, NAN, "", "how many", NAN, NAN}};
+    {"frames", TOFGRAPH_KIND_INTEGER, 0, "", "10", 1, NAN, "", "number of frames", NAN, NAN}};
 
 __attribute__((visibility("default"))) const tofgraph_descriptor* tofgraph_plugin(void);
 const tofgraph_descriptor* tofgraph_plugin(void) {

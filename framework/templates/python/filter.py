@@ -9,7 +9,7 @@ class MyPlugin(tg.Filter):
     """Multiplies the depth by a factor."""
 
     name = "my_plugin"
-    depth = tg.InOut("depth", text="what is scaled")
+    depth = tg.InOut("depth", text="channel to scale")
     factor = tg.Param(1.01, minimum=0.5, maximum=2, text="multiplier")
 
     def process(self, frame):

@@ -12,7 +12,7 @@ class MyPlugin(tg.Source):
     name = "my_plugin"
     depth = tg.Out("depth")
     speed = tg.Param("10 mm", unit="m", text="farther away in each frame")
-    frames = tg.Param(10, minimum=1, text="how many")
+    frames = tg.Param(10, minimum=1, text="number of frames")
 
     def prepare(self, setup):
         camera = setup.camera
