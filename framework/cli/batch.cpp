@@ -25,19 +25,21 @@ void add_batch(CLI::App& app, Common& common) {
   command->add_option("--shards", arguments->shards, "Tasks of reduce; default: so that each takes ten minutes")
       ->option_text("N")
       ->check(whole_number(1, 100000));
-  command->add_option("--confidence", arguments->confidence, "As for diagnose; the cases are divided like conditions")
+  command
+      ->add_option("--confidence", arguments->confidence,
+                   "As for diagnose; the cases are divided among the tasks like conditions")
       ->option_text("N")
       ->check(whole_number(0));
   command->add_option("--threads", arguments->threads, "Threads of a task; default: 1")
       ->option_text("N")
       ->check(whole_number(1, 1024));
   command->add_flag("--submit", arguments->submit,
-                    "Submit what is not done; also for a folder that was written before");
+                    "Submit the tasks that are not done; also for an existing job folder");
   command->add_flag("--force", arguments->force,
                     "Replace the scripts of the same job; outputs and environment.sh stay");
   std::string* const status = &arguments->out;
   auto asked = std::make_shared<std::string>();
-  CLI::Option* const state = command->add_option("--status", *asked, "Print what is done in this folder of a job")
+  CLI::Option* const state = command->add_option("--status", *asked, "Print the progress of the job in this folder")
                                  ->option_text("FOLDER")
                                  ->excludes(campaign);
   command->footer("Example: tofgraph batch campaign.yaml --model ideal.yaml --engine slurm -o job --submit");

@@ -132,7 +132,7 @@ std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path&
   if (!plugins.empty()) text += fmt::format("export TOFGRAPH_PLUGIN_PATH={}\"$TOFGRAPH_PLUGIN_PATH\"\n", plugins);
   text += identity_text(a, plan) + fmt::format("THREADS={}\n", a.threads);
   text += fmt::format(
-      "# Limits: {:.0f} times the time and {:.0f} times the memory that are expected; environment.sh may "
+      "# Limits: {:.0f} times the expected time and {:.0f} times the expected memory; environment.sh may "
       "set others.\n",
       time_margin, memory_margin);
   text += fmt::format("REDUCE_TIME={}\nREDUCE_MEMORY={}\n", slurm_time(time_margin * a_shard),
@@ -167,15 +167,16 @@ int make_job(const BatchArguments& arguments) {
   const fs::path out = fs::absolute(arguments.out).lexically_normal();
   std::string problem = io::write_error(out / "plan.sh");
   if (problem.empty() && fs::exists(out) && !fs::is_empty(out) && !fs::exists(out / "plan.sh"))
-    problem = fmt::format("the folder {} is not empty and not of a job", out.string());
+    problem = fmt::format("the folder {} is not empty and holds no job", out.string());
   else if (problem.empty() && fs::exists(out / "plan.sh") && !arguments.force)
     problem = fmt::format(
-        "{} is a job already\n         to go on with it: tofgraph batch --submit -o {}; --force writes its scripts "
+        "{} is a job already\n         to continue it: tofgraph batch --submit -o {}; --force writes its scripts "
         "again",
         out.string(), in_shell(arguments.out));
   if (problem.empty() && out.string().find_first_of("'\"`$\\%{}\n") != std::string::npos)
     problem = fmt::format(
-        "{} has a character of ' \" ` $ \\ % {{ }} or a line break, which scripts of engines read otherwise",
+        "{} has a character of ' \" ` $ \\ % {{ }} or a line break, which the scripts of the engines interpret "
+        "differently",
         out.string());
   if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   if (!fs::is_regular_file(arguments.model))

@@ -13,14 +13,14 @@ namespace {
 void add_options_of_kinds(CLI::App& command, CalibrateArguments& arguments) {
   command
       .add_option("--variant", arguments.variant,
-                  "offset: geometric (default), or printed, as the tables of the reference were computed")
+                  "offset: geometric (default), or printed: formula by which the reference's tables were computed")
       ->option_text("WORD")
       ->check(CLI::IsMember({"geometric", "printed"}));
   command.add_option("--range", arguments.range, "integration-time: distances that matter, e.g. 0.5m..4m")
       ->option_text("FROM..TO");
   command
       .add_option("--accuracy", arguments.accuracy,
-                  "integration-time: accuracy that is wanted there; warm-up: drift that is tolerated; e.g. 5mm")
+                  "integration-time: required accuracy at these distances; warm-up: tolerated drift; e.g. 5mm")
       ->option_text("LENGTH");
   command
       .add_option("--roi", arguments.roi,
@@ -53,14 +53,15 @@ void add_calibrate(CLI::App& app, Common& common) {
   CLI::App* command = app.add_subcommand("calibrate", "Make a calibration file from a campaign, with a report");
   command
       ->add_option("WHAT", arguments->what,
-                   "What to calibrate: intrinsics, offset, integration-time, noise, warm-up, fixed-pattern, "
+                   "Kind of calibration: intrinsics, offset, integration-time, noise, warm-up, fixed-pattern, "
                    "response")
       ->required();
-  command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: what was recorded, and of what")->required();
+  command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: the captures and the truth of their scenes")
+      ->required();
   command
       ->add_option("-o,--out", arguments->out,
-                   "The calibration file; beside it its report (.html) and, of some kinds, a model of what was found "
-                   "(.model.yaml) and maps of the pixels (.maps.h5)")
+                   "The calibration file; beside it its report (.html) and, for some kinds, a model of the effects "
+                   "found (.model.yaml) and maps of the pixels (.maps.h5)")
       ->option_text("FILE")
       ->required();
   add_options_of_kinds(*command, *arguments);

@@ -59,7 +59,7 @@ void check_options(const CalibrateArguments& arguments, const calibration::Kind&
       if (has(other, option)) others.emplace_back(other.name);
     }
     refuse("--" + option,
-           fmt::format("is for {}, the calibration is {}: leave it out", fmt::join(others, ", "), arguments.what));
+           fmt::format("is for {}, the calibration is {}: remove it", fmt::join(others, ", "), arguments.what));
   }
 }
 

@@ -185,7 +185,7 @@ void add_camera(CLI::App& app, Common& common) {
   make->add_option("--profile", arguments->profile, "Camera profile by name or path; it is copied")
       ->option_text("P")
       ->required();
-  make->add_option("--folder", arguments->folder, "The folder to make; default: as `camera --help` says")
+  make->add_option("--folder", arguments->folder, "The folder to make; default: see `camera --help`")
       ->option_text("FOLDER");
   make->add_option("--serial", arguments->serial, "Serial number; default: that of the first calibration")
       ->option_text("S");

@@ -38,7 +38,7 @@ json outcome_of(const conformance::Check& check, const conformance::Subject& sub
   } catch (const conformance::NotApplicable& reason) {
     return {{"result", "skipped"}, {"text", reason.what()}};
   } catch (const std::bad_alloc&) {
-    return {{"result", "failed"}, {"text", "it asks for more memory than 8 GiB"}};
+    return {{"result", "failed"}, {"text", "it needs more than 8 GiB of memory"}};
   } catch (const std::exception& error) {
     return {{"result", "failed"}, {"text", error.what()}};
   }

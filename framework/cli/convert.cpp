@@ -49,21 +49,27 @@ config::Value reading_pipeline(const ReadingArguments& a, const std::string& out
 void ReadingArguments::add_to(CLI::App& command) {
   command.add_option("--camera", run.camera, "A profile by name or path; default: that of the file or the layout")
       ->option_text("CAMERA");
-  command.add_option("--layout", layout, "A layout file: what each array is")->option_text("FILE");
+  command.add_option("--layout", layout, "A layout file, which describes each array")->option_text("FILE");
   command
       .add_option("--as", as,
                   "The channel of the array: depth, range, distance, amplitude, intensity, phases, taps, points, "
                   "sigma; CHANNEL=ARRAY,.. for several arrays")
       ->option_text("CHANNEL");
-  command.add_option("--unit", unit, "Of lengths: of a value of 1, e.g. mm or '0.25 mm'")->option_text("UNIT");
-  command.add_option("--axes", axes, "Of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
+  command.add_option("--unit", unit, "Unit of lengths: the length that a value of 1 stands for, e.g. mm or '0.25 mm'")
+      ->option_text("UNIT");
+  command.add_option("--axes", axes, "Axes of the array, slowest first, e.g. 'frame row column'")->option_text("AXES");
   command
-      .add_option("--invalid", invalid, "Values that mean no measurement, of lengths where there are any, e.g. 0,65535")
+      .add_option("--invalid", invalid,
+                  "Values that mean no measurement; they apply to the lengths if there are any, e.g. 0,65535")
       ->option_text("VALUES");
-  command.add_option("--integration-time", integration_time, "Of every frame, e.g. '1 ms'")->option_text("TIME");
-  command.add_option("--modulation-frequency", modulation_frequency, "Of every frame; default: the profile's")
+  command.add_option("--integration-time", integration_time, "Integration time of every frame, e.g. '1 ms'")
+      ->option_text("TIME");
+  command
+      .add_option("--modulation-frequency", modulation_frequency,
+                  "Modulation frequency of every frame; default: the profile's")
       ->option_text("FREQUENCY");
-  command.add_option("--frame-rate", frame_rate, "For the time stamps, e.g. '30 Hz'")->option_text("RATE");
+  command.add_option("--frame-rate", frame_rate, "Frame rate from which the time stamps follow, e.g. '30 Hz'")
+      ->option_text("RATE");
 }
 
 namespace {
@@ -120,7 +126,7 @@ int convert(const ConvertArguments& arguments, const Common& common) {
 
 void add_convert(CLI::App& app, Common& common) {
   auto a = std::make_shared<ConvertArguments>();
-  CLI::App* command = app.add_subcommand("convert", "Make a capture of files of other programs");
+  CLI::App* command = app.add_subcommand("convert", "Convert files of other programs to a capture");
   command->footer(
       "Examples: tofgraph convert --inspect recording.npz\n"
       "          tofgraph convert recording.npz -o recording.h5 --camera ./my_camera.yaml --as depth=z --unit mm\n"
@@ -129,14 +135,14 @@ void add_convert(CLI::App& app, Common& common) {
       "Azure\n"
       "                                                                 Kinect or mrcal as a profile\n"
       "Formats: tofgraph list formats");
-  command->add_option("IN", a->reading.files, "One file, or the files of a series, one a frame")->required();
+  command->add_option("IN", a->reading.files, "One file, or the files of a series, one per frame")->required();
   command->add_option("-o,--out", a->out, "The capture (.h5), or a profile (.yaml) of a camera file")
       ->option_text("FILE");
-  command->add_flag("--inspect", a->inspect, "Show what is inside, and a layout to start from; writes nothing");
+  command->add_flag("--inspect", a->inspect, "Show the contents and a layout to start from; writes nothing");
   a->reading.add_to(*command);
   command
       ->add_option("--depth-mode", a->depth_mode,
-                   "Of the camera file of an Azure Kinect: nfov, nfov_binned, wfov or wfov_binned")
+                   "Depth mode, for the camera file of an Azure Kinect: nfov, nfov_binned, wfov or wfov_binned")
       ->option_text("MODE");
   command->add_flag("--force", a->reading.run.force, "Replace an existing capture");
   command->callback([a, &common] { common.command = [a, &common] { return convert(*a, common); }; });

@@ -49,7 +49,7 @@ void print_array(const ForeignFile& file, std::size_t index) {
 }
 
 void print_layout(const ForeignFile& file) {
-  fmt::print("\nA layout to start from; what is in <> has to be stated:\n\nlayout: 1\nchannels:\n");
+  fmt::print("\nA layout to start from; replace the parts in <>:\n\nlayout: 1\nchannels:\n");
   for (std::size_t i = 0; i < file.arrays().size(); ++i) {
     const FileArray& array = file.arrays()[i];
     const std::string channel = likely_channel(array);

@@ -185,9 +185,8 @@ int describe(const std::string& name, bool as_json, const Common& common) {
 void add_describe(CLI::App& app, Common& common) {
   auto name = std::make_shared<std::string>();
   auto as_json = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand(
-      "describe",
-      "Show what a stage or effect reads and makes and which parameters it has, or what is known of a camera");
+  CLI::App* command =
+      app.add_subcommand("describe", "Show the ports and parameters of a stage or effect, or the profile of a camera");
   command->footer("Example: tofgraph describe non_local_means");
   command->add_option("NAME", *name, "A stage, an effect, or a camera profile by name or path")->required();
   command->add_flag("--json", *as_json, "As JSON");

@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 void add_devices(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<DevicesArguments>();
   CLI::App* command =
-      app.add_subcommand("devices", "List the cameras that are plugged in, and what keeps them from being opened");
+      app.add_subcommand("devices", "List the cameras that are plugged in, and why they cannot be opened");
   command->footer("Example: tofgraph devices");
   command->add_flag("--json", arguments->json, "As JSON");
   command->callback(

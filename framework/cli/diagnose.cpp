@@ -20,13 +20,13 @@ void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
   CLI::Option* const exclude =
       command
           .add_option("--exclude-condition", arguments.skip,
-                      "Leave out the condition with this id; several with commas, or the option several times")
+                      "Exclude the condition with this id; several separated by commas, or the option several times")
           ->option_text("ID")
           ->delimiter(',')
           ->expected(1)
           ->take_all();
   add_old_spelling(command, exclude, "--skip", arguments.skip)->delimiter(',')->expected(1)->take_all();
-  command.add_flag("--skip-missing", arguments.skip_missing, "Continue without captures that cannot be read");
+  command.add_flag("--skip-missing", arguments.skip_missing, "Continue without the captures that cannot be read");
   command.add_flag("--other-serial", arguments.other_serial,
                    "Use a model of a device with another serial number, with a note");
   command.add_flag("--force", arguments.force, "Replace existing outputs");
@@ -38,7 +38,7 @@ void add_diagnose(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<DiagnoseArguments>();
   CLI::App* command =
       app.add_subcommand("diagnose", "Find the effects that a simulation lacks, add them, show that the gap shrinks");
-  command->add_option("--model", arguments->model, "The model file: what the simulation knows")
+  command->add_option("--model", arguments->model, "The model file: the simulation to compare with")
       ->option_text("FILE")
       ->required();
   command
@@ -70,11 +70,10 @@ void add_diagnose(CLI::App& app, Common& common) {
       ->check(whole_number(0));
   CLI::Option* const stability =
       command
-          ->add_option(
-              "--stability-selection", arguments->resample,
-              "Choose effects again without each distance, without each target and without this number of "
-              "random halves of the levels, and report how often each is chosen; default: 40 where nothing was "
-              "measured twice, else none")
+          ->add_option("--stability-selection", arguments->resample,
+                       "Choose effects again without each distance, without each target and without this number of "
+                       "random halves of the levels, and report how often each is chosen; default: 40 if nothing was "
+                       "measured twice, else none")
           ->option_text("N")
           ->check(whole_number(0));
   add_old_spelling(*command, stability, "--resample", arguments->resample)->check(whole_number(0));

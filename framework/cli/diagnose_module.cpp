@@ -92,7 +92,7 @@ config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& 
   if (!arguments.time_limit.empty() && (!shard.is_whole() || config::ranks().size() > 1))
     throw config::ConfigurationError(
         "--time-limit: error: the cases of shards and ranks need the whole search, which a limit may cut short\n"
-        "         leave out --time-limit, or run one process without --shard");
+        "         remove --time-limit, or run one process without --shard");
   if (shard.is_whole()) {
     check_outputs(arguments);
     return shard;
@@ -108,7 +108,7 @@ config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& 
 
 void print_cases(const DiagnoseArguments& arguments, const diagnosis::Diagnosis& result, const fs::path& cases) {
   if (arguments.quiet) return;
-  print_message(fmt::format("{}: {} of {} cases are there\n         the same command without --shard counts them",
+  print_message(fmt::format("{}: {} of {} cases are done\n         the same command without --shard evaluates them",
                             cases.string(), result.confidence ? result.confidence->cases() : 0, arguments.confidence));
 }
 

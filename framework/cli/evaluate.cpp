@@ -22,7 +22,7 @@ void add_evaluate(CLI::App& app, Common& common) {
       ->required();
   command
       ->add_option("--before", arguments->before,
-                   "The campaign that it is compared with; default: the one that the campaign was made from")
+                   "The campaign to compare with; default: the one that this campaign was made from")
       ->option_text("FILE");
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")

@@ -13,10 +13,10 @@ namespace tofgraph::cli {
 void add_explain(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   auto drawing = std::make_shared<bool>(false);
-  CLI::App* command = app.add_subcommand("explain", "Show what happens to the numbers, channel by channel");
+  CLI::App* command = app.add_subcommand("explain", "Show how each stage changes the channels");
   command->footer("Example: tofgraph explain pipelines/quickstart.yaml --dot > graph.dot");
   arguments->add_to(*command);
-  command->add_flag("--dot", *drawing, "The graph in the DOT language instead");
+  command->add_flag("--dot", *drawing, "Print the graph in the DOT language instead");
   command->callback([arguments, drawing, &common] {
     common.command = [arguments, drawing, &common] {
       graph::set_only_checking();

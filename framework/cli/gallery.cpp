@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 
 void add_gallery(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<GalleryArguments>();
-  CLI::App* command = app.add_subcommand("gallery", "A page that shows what every effect does");
+  CLI::App* command = app.add_subcommand("gallery", "Make a page that shows the result of every effect");
   command->footer("Example: tofgraph gallery -o effects.html");
   command->add_option("-o,--out", arguments->out, "The page (.html)")->option_text("FILE")->required();
   command->add_option("--camera", arguments->camera, "A profile by name or path; default: camcube2")

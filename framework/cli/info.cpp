@@ -10,7 +10,7 @@ namespace tofgraph::cli {
 
 void add_info(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "Show what a recording holds: channels, frames, settings, gaps");
+  CLI::App* command = app.add_subcommand("info", "Show the contents of a recording: channels, frames, settings, gaps");
   command->footer("Example: tofgraph info capture.h5");
   command->add_option("CAPTURE", arguments->capture, "A capture (.h5), or one that is still being recorded (.h5.part)")
       ->required();

@@ -139,14 +139,14 @@ void print_gaps(const json& info) {
     fmt::print("after frame {}: {}\n", gaps[i]["after_frame"].get<std::size_t>(),
                gaps[i]["back"].get<bool>() ? "the counter went back"
                                            : fmt::format("{} lost", gaps[i]["lost"].get<std::uint64_t>()));
-  if (gaps.size() > max_gaps) fmt::print("and {} more places (--json has all)\n", gaps.size() - max_gaps);
+  if (gaps.size() > max_gaps) fmt::print("and {} more places (--json lists all)\n", gaps.size() - max_gaps);
 }
 
 void print(const std::string& file, const json& info) {
   fmt::print("{}: camera {}, {} x {} px, {} frame{}{}\n", file, info["camera"].get<std::string>(),
              info["width"].get<int>(), info["height"].get<int>(), info["frames"].get<std::size_t>(),
              info["frames"] == 1 ? "" : "s", info["finished"].get<bool>() ? "" : ": still being recorded, or cut off");
-  if (!info["finished"].get<bool>()) fmt::print("tofgraph repair {} makes a capture of what was cut off\n", file);
+  if (!info["finished"].get<bool>()) fmt::print("tofgraph repair {} makes a capture of its complete frames\n", file);
   for (const char* key : {"comment", "serial", "sources"})
     if (!info[key].get<std::string>().empty()) fmt::print("{}: {}\n", key, info[key].get<std::string>());
   fmt::print("\nchannels\n");

@@ -67,12 +67,12 @@ int inspect(ReadingArguments reading, InspectArguments arguments, const Common& 
 void add_inspect(CLI::App& app, Common& common) {
   auto reading = std::make_shared<ReadingArguments>();
   auto arguments = std::make_shared<InspectArguments>();
-  CLI::App* command = app.add_subcommand("inspect", "Find out what is wrong with a recording");
+  CLI::App* command = app.add_subcommand("inspect", "Find the defects of a recording");
   command->footer(
-      "Looks for planes (walls, floors, boards) and tells under which assumption they become flat: range or depth, "
+      "Looks for planes (walls, floors, boards) and reports under which assumption they become flat: range or depth, "
       "lens,\n"
-      "mirrored or turned images; for wrong units, swapped raw images, bad pixels, stripes. Each finding has the line\n"
-      "that mends it; what the scene cannot decide is listed. The exit code is 0 whatever is found.\n"
+      "mirrored or turned images; for wrong units, swapped raw images, bad pixels, stripes. Each finding has the "
+      "line\nthat fixes it; questions that the scene cannot answer are listed. The exit code is 0 whatever is found.\n"
       "Examples: tofgraph inspect capture.h5\n"
       "          tofgraph inspect capture.h5 --camera ./my_camera.yaml -o inspection.html\n"
       "          tofgraph inspect depth.npy --camera ./my_camera.yaml --as depth --unit mm");

@@ -34,13 +34,15 @@ void add_check_plugin(CLI::App& command, Common& common) {
       ->option_text("N")
       ->check(whole_number(1, 10));
   sub->add_option("--only", plugin->only, "Run one check, whatever its strictness")->option_text("CHECK");
-  sub->add_option("--set", plugin->settings, "A value for a parameter, where a required one has none; may be repeated")
+  sub->add_option("--set", plugin->settings, "A value for a required parameter; may be repeated")
       ->option_text("PARAMETER=VALUE")
       ->take_all()
       ->expected(1);
-  sub->add_option("--seed", plugin->seed, "Of random values; default 1")->option_text("N")->check(whole_number(0));
+  sub->add_option("--seed", plugin->seed, "Seed of the random values; default 1")
+      ->option_text("N")
+      ->check(whole_number(0));
   sub->add_flag("--json", plugin->as_json, "As JSON");
-  sub->add_flag("--list", plugin->list, "Print the checks with their sentences, and run none");
+  sub->add_flag("--list", plugin->list, "List the checks with their descriptions, and run none");
   sub->callback([plugin, &common] { common.command = [plugin] { return check_plugin(*plugin); }; });
 }
 

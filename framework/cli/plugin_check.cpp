@@ -45,7 +45,7 @@ class Scratch {
 json checks_table() {
   const config::ChildResult child = config::run_child({config::checker()});
   json list = json::parse(child.output, nullptr, false);
-  if (!child.ok() || !list.is_array()) throw std::runtime_error("the program of the checks does not work");
+  if (!child.ok() || !list.is_array()) throw std::runtime_error("the program that runs the checks does not work");
   return list;
 }
 

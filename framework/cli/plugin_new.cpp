@@ -59,7 +59,7 @@ std::string filled(const fs::path& file, const std::vector<std::pair<std::string
   std::ifstream in(file);
   if (!in)
     throw std::runtime_error(
-        fmt::format("the template {} is not there: the installation of tofgraph is incomplete", file.string()));
+        fmt::format("the template {} is missing: the installation of tofgraph is incomplete", file.string()));
   std::string text;
   for (std::string line; std::getline(in, line);) {
     if (line.find("SPDX-") == std::string::npos) text += line + '\n';
@@ -95,7 +95,7 @@ int new_plugin(const NewPlugin& plugin, const Common& common) {
   std::error_code error;
   if (fs::exists(folder, error) && !(fs::is_directory(folder, error) && fs::is_empty(folder, error)))
     throw config::ConfigurationError(
-        fmt::format("error: {} exists already, and nothing is overwritten\n         --out FOLDER takes another place",
+        fmt::format("error: {} exists already, and nothing is overwritten\n         --out FOLDER uses another folder",
                     folder.string()));
   const char* ending = plugin.language == "python" ? "py" : plugin.language == "c" ? "c" : "cpp";
   const std::string source = fmt::format("{}.{}", plugin.name, ending);

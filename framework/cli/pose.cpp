@@ -10,7 +10,7 @@ namespace tofgraph::cli {
 
 void add_pose(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PoseArguments>();
-  CLI::App* command = app.add_subcommand("pose", "Find where the camera stands before a calibration pattern");
+  CLI::App* command = app.add_subcommand("pose", "Find the pose of the camera relative to a calibration pattern");
   command->footer(
       "Example: tofgraph pose board.h5 --pattern '{type: chessboard, columns: 8, rows: 6, square: 30 mm}' -o "
       "pose.yaml\n"

@@ -60,7 +60,7 @@ int pose(const PoseArguments& arguments) {
   constexpr double degrees = 180 / std::numbers::pi;
   if (!arguments.quiet)
     config::print_message(
-        fmt::format("{} points of the pattern, {:.3f} px rms; its middle is {:.1f} mm away, it is tilted by "
+        fmt::format("{} points of the pattern, {:.3f} px rms; its centre is {:.1f} mm away, it is tilted by "
                     "{:.2f} deg against the optical axis",
                     found.points, found.rms, 1e3 * found.distance, degrees * found.tilt));
   fmt::print("rotation: [{:.9g}]\ntranslation: [{:.6g} mm, {:.6g} mm, {:.6g} mm]\n",

@@ -45,7 +45,7 @@ int main(int argc, char** argv) {
     else
       _exit(2);
   } catch (const std::bad_alloc&) {
-    std::fputs("asks for more memory than any frame needs: the file is damaged", stdout);
+    std::fputs("needs more memory than any frame: the file is damaged", stdout);
   } catch (const std::exception& problem) {
     std::fputs(problem.what(), stdout);
   }

@@ -32,21 +32,21 @@ void add_camera(CLI::App& command, RecordArguments& arguments) {
 void add_plan(CLI::App& command, RecordArguments& arguments) {
   command
       .add_option("--plan", arguments.plan,
-                  "Records what this campaign or scene with a sequence plans, one condition after the other, into the "
-                  "folder -o; goes on where it was stopped")
+                  "Records the conditions of this campaign, or of this scene with a sequence, one after the other into "
+                  "the folder -o; continues where it was stopped")
       ->option_text("CAMPAIGN.yaml");
-  CLI::Option* const automatic =
-      command.add_flag("--auto-trigger", arguments.still,
-                       "With a plan: records as soon as the board stands still where it belongs, instead of on Enter");
+  CLI::Option* const automatic = command.add_flag(
+      "--auto-trigger", arguments.still,
+      "With a plan: records as soon as the board stands still at its planned place, instead of on Enter");
   add_old_spelling(command, automatic, "--still", arguments.still);
   command
       .add_option("--alignment", arguments.alignment,
-                  "With a plan: how far the depths in the image's corners may differ where a board without tilt fills "
-                  "the image, e.g. 3mm; default: not asked")
+                  "With a plan: tolerated difference of the depths in the image's corners if a board without tilt "
+                  "fills the image, e.g. 3mm; default: not checked")
       ->option_text("LENGTH");
   command
       .add_option("--tolerance", arguments.tolerance,
-                  "With a plan: how far the measured distance may be from the planned one; default: 250 mm")
+                  "With a plan: tolerated difference between the measured and the planned distance; default: 250 mm")
       ->option_text("LENGTH");
 }
 

@@ -48,18 +48,18 @@ void check_options(const RecordArguments& arguments) {
   }
   if (arguments.plan.empty()) {
     if (!arguments.alignment.empty())
-      refuse("--alignment", "is for --plan, which says which boards are perpendicular; remove it, or use --align");
-    if (arguments.still) refuse("--auto-trigger", "is for --plan, which says where the board has to be; remove it");
+      refuse("--alignment", "is for --plan, which states which boards are perpendicular; remove it, or use --align");
+    if (arguments.still) refuse("--auto-trigger", "is for --plan, which states the distances of the boards; remove it");
     if (!arguments.tolerance.empty())
-      refuse("--tolerance", "is for --plan, which says where the board has to be; remove it");
+      refuse("--tolerance", "is for --plan, which states the distances of the boards; remove it");
     return;
   }
   if (!arguments.duration.empty()) refuse("--duration", "a plan is recorded by frames\n         example: --frames 20");
-  if (!arguments.comment.empty()) refuse("--comment", "a plan's captures say which condition they are of; remove it");
+  if (!arguments.comment.empty()) refuse("--comment", "a plan writes the condition into each capture; remove it");
   if (arguments.force)
     refuse("--force",
-           "a plan goes on with what is not recorded, and replaces nothing: move captures away that are to be "
-           "recorded again");
+           "a plan continues with the conditions that are not recorded, and replaces nothing: move away the captures "
+           "that are to be recorded again");
   for (const std::string& setting : arguments.camera.settings) {
     std::string key = setting.substr(0, setting.find('='));
     for (const char* node : {recording::camera_node_name, recording::capture_node_name})
@@ -68,8 +68,8 @@ void check_options(const RecordArguments& arguments) {
                                                               key == before + "comment" || key == before + "path")
         key = key.substr(before.size());
     if (key == "integration_time" || key == "auto_integration_time")
-      refuse("--set " + setting, "the plan says the integration times; remove it");
-    if (key == "comment" || key == "path") refuse("--set " + setting, "the plan says that; remove it");
+      refuse("--set " + setting, "the plan states the integration times; remove it");
+    if (key == "comment" || key == "path") refuse("--set " + setting, "the plan states it; remove it");
   }
 }
 
@@ -302,8 +302,8 @@ int record_plan(const RecordArguments& arguments) {
   print_message(fmt::format("{} of {} recorded: {}", folder.recorded_count(), config::counted(all, "condition"),
                             folder.campaign_file().string()));
   if (outcome == recording::Outcome::complete) return 0;
-  if (outcome == recording::Outcome::no_answer) print_message("standard input has ended: there is nobody to answer");
-  print_message("the same command goes on with those that are not recorded");
+  if (outcome == recording::Outcome::no_answer) print_message("standard input has ended: no more answers can be read");
+  print_message("the same command continues with those that are not recorded");
   return outcome == recording::Outcome::stopped ? 130 : 1;
 }
 

@@ -22,7 +22,7 @@ void add_reduce(CLI::App& app, Common& common) {
       ->required();
   command
       ->add_option("-o,--out", arguments->out,
-                   "A folder for the statistics and their campaign.yaml; files in it that are whole are kept")
+                   "A folder for the statistics and their campaign.yaml; files in it that are complete are kept")
       ->option_text("FOLDER")
       ->required();
   add_shard(*command, arguments->shard);
@@ -44,7 +44,7 @@ void add_merge(CLI::App& app, Common& common) {
   command->add_option("FOLDER", arguments->folders, "Folders of statistics, of one campaign")->required();
   command
       ->add_option("-o,--out", arguments->out,
-                   "The folder for campaign.yaml and all statistics; default: the only folder that is given")
+                   "The folder for campaign.yaml and all statistics; default: the given folder if there is only one")
       ->option_text("FOLDER");
   command->footer("Example: tofgraph merge stats");
   command->callback([arguments, &common] {

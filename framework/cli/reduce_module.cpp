@@ -41,8 +41,8 @@ int reduce(const ReduceArguments& arguments) {
   for (std::size_t i = 0; i < std::min(shown, result.failed.size()); ++i) print_message("error: " + result.failed[i]);
   if (result.failed.size() > shown) print_message(fmt::format("error: and {} more", result.failed.size() - shown));
   if (!arguments.quiet)
-    print_message(fmt::format("{}{}: {} reduced, {} there before, {} damaged and made again, {} failed", arguments.out,
-                              options.shard.is_whole() ? "" : ", shard " + options.shard.text(),
+    print_message(fmt::format("{}{}: {} reduced, {} existed already, {} damaged and made again, {} failed",
+                              arguments.out, options.shard.is_whole() ? "" : ", shard " + options.shard.text(),
                               result.made - std::min(result.made, result.damaged.size()), result.there,
                               result.damaged.size(), result.failed.size()));
   return result.failed.empty() ? 0 : 1;

@@ -253,7 +253,7 @@ void write_schemas(const fs::path& folder) {
   const std::vector<json> stages = all_stages();
   const json of_nodes = {
       {"name", {{"type", "string"}, {"description", "default: the stage's name"}}},
-      {"inputs", {{"description", "nodes whose frames arrive; default: the node above"}}},
+      {"inputs", {{"description", "nodes whose frames are the input; default: the node above"}}},
       {"queue", {{"description", "{capacity: 4, policy: block or drop_oldest}, on a source"}}},
       {"overwrite", {{"type", {"boolean", "string"}}, {"description", "existing files may be replaced"}}}};
   write("pipeline.json", "Pipeline of tofgraph",
@@ -282,7 +282,7 @@ void write_schemas(const fs::path& folder) {
 void add_manual(CLI::App& app, Common& common) {
   auto what = std::make_shared<std::string>();
   auto folder = std::make_shared<std::filesystem::path>();
-  CLI::App* command = app.add_subcommand("manual", "Write files that follow from the declarations");
+  CLI::App* command = app.add_subcommand("manual", "Write files that are generated from the declarations");
   command->group("");  // for packages and the documentation
   command->add_option("WHAT", *what, "pages (man pages and completions), reference, schemas or stubs (of Python)")
       ->required();

@@ -10,7 +10,8 @@ namespace tofgraph::cli {
 
 void add_repair(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<RepairArguments>();
-  CLI::App* command = app.add_subcommand("repair", "Make a capture of what a killed recorder left");
+  CLI::App* command =
+      app.add_subcommand("repair", "Make a capture of the complete frames of a recording that was cut off");
   command->footer("Example: tofgraph repair board.h5.part    makes board.h5 of all complete frames; the .part stays");
   command->add_option("CAPTURE", arguments->part, "The recording that was cut off (.h5.part)")->required();
   command

@@ -16,8 +16,7 @@ std::filesystem::path capture_of(const RepairArguments& arguments) {
   std::filesystem::path file = arguments.out;
   if (file.empty()) {
     if (arguments.part.extension() != ".part")
-      refuse(fmt::format("{} does not end with .part: say what the capture is to be called, e.g. -o {}",
-                         arguments.part.string(),
+      refuse(fmt::format("{} does not end with .part: name the capture, e.g. -o {}", arguments.part.string(),
                          std::filesystem::path(arguments.part).replace_extension(".repaired.h5").string()));
     file = arguments.part.parent_path() / arguments.part.stem();
   }
@@ -39,14 +38,14 @@ int repair(const RepairArguments& arguments) {
   if (arguments.quiet) return 0;
   print_message(fmt::format(
       "wrote {}: {}{}", file.string(), config::counted(repaired.frames, "frame"),
-      repaired.missing == 0 ? ", none is missing between them"
+      repaired.missing == 0 ? ", with none missing between them"
                             : fmt::format(", {} missing between them", config::counted(repaired.missing, "frame"))));
   if (repaired.cut)
     print_message(fmt::format("{} was cut off: {} of {} are lost{}", arguments.part.string(), repaired.lost,
                               config::counted(repaired.lost + repaired.frames, "frame"),
                               repaired.without_time == 0
                                   ? ""
-                                  : fmt::format("; {} without time stamp, which counts as unknown",
+                                  : fmt::format("; {} without time stamp: it is taken as unknown",
                                                 config::counted(repaired.without_time, "frame"))));
   if (arguments.part.extension() == ".part" && repaired.lost == 0)
     print_message(arguments.part.string() + " is not needed any more");

@@ -12,14 +12,15 @@ namespace tofgraph::cli {
 void add_report(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand(
-      "report", "Characterise a camera: errors over distance, integration time and image, and where they come from");
+      "report", "Characterise a camera: errors over distance, integration time and image, and their causes");
   command->add_option("CAMPAIGN", arguments->campaign, "The campaign file: boards at known distances")->required();
   command->add_option("-o,--out", arguments->out, "A folder for report.html and report.json")
       ->option_text("FOLDER")
       ->required();
   command
-      ->add_option("--model", arguments->model,
-                   "A model of the camera: the report tells what each of its effects does to these boards, in mm")
+      ->add_option(
+          "--model", arguments->model,
+          "A model of the camera: the report states the error of these boards that each of its effects causes, in mm")
       ->option_text("FILE");
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")

@@ -197,15 +197,16 @@ void add_run(CLI::App& app, Common& common) {
   command->add_option("--stats", arguments->stats, "Write times, drops and memory as JSON to this file")
       ->option_text("FILE");
   command->add_flag("--validate", arguments->validate,
-                    "Watch what each stage does to the frames: memory, channels that it only reads, NaN and flags");
+                    "Check how each stage treats the frames: memory, channels that it only reads, NaN and flags");
   command->add_flag("--safe", arguments->safe, "Run without plugins that did not come with the program");
   command
       ->add_option("--time-limit", arguments->time_limit,
                    "End the run after this time, e.g. '5 min', with exit code 1; the frames up to then are complete")
       ->option_text("TIME");
-  command->add_flag("--untrusted", arguments->untrusted,
-                    "For a pipeline of somebody else: outputs in its own folder only, no other plugins, devices or "
-                    "ports, at most 4 GB of memory, 10000 frames (--frames) and 10 minutes (--time-limit)");
+  command->add_flag(
+      "--untrusted", arguments->untrusted,
+      "For a pipeline from an untrusted source: outputs in its own folder only, no other plugins, devices or "
+      "ports, at most 4 GB of memory, 10000 frames (--frames) and 10 minutes (--time-limit)");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->add_flag("--view", arguments->view,
                     "Show every node in the web browser, at http://localhost:8765; other settings: --set "

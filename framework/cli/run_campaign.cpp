@@ -248,7 +248,7 @@ class CampaignRun {
 
 int run_campaign(const RunArguments& arguments, const Common& common) {
   if (arguments.out.empty()) refuse("--campaign", "needs a folder for the results, e.g. -o results");
-  if (!arguments.stats.empty()) refuse("--stats", "is for one run, not for a campaign: leave it out");
+  if (!arguments.stats.empty()) refuse("--stats", "is for one run, not for a campaign: remove it");
   if (arguments.validate) graph::set_validating();
   return CampaignRun(arguments, common).run();
 }

@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 
 void add_simulate(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app.add_subcommand("simulate", "Make the recordings that a camera would make of a scene");
+  CLI::App* command = app.add_subcommand("simulate", "Simulate the recordings that a camera would make of a scene");
   command->add_option("SCENE", arguments->scene, "A scene file")->required();
   command
       ->add_option("-o,--out", arguments->out,
@@ -36,7 +36,7 @@ void add_simulate(CLI::App& app, Common& common) {
   command->add_option("--threads", arguments->threads, "Threads; default: one per core")
       ->option_text("N")
       ->check(whole_number(1, 1024));
-  command->add_flag("--truth", arguments->truth, "Add the depth and points without error, and the reflectivity");
+  command->add_flag("--truth", arguments->truth, "Add the true depth, points and reflectivity");
   command->add_flag("--force", arguments->force, "Replace existing outputs");
   command->footer("Example: tofgraph simulate pipelines/scenes/boxes.yaml -o boxes.h5 --preview boxes.png");
   command->callback([arguments, &common] {

@@ -75,7 +75,7 @@ int simulate(const SimulateArguments& arguments) {
   const config::Shard shard = config::parse_shard(arguments.shard);
   if (!shard.is_whole() && (!campaign || arguments.force))
     throw config::ConfigurationError(
-        campaign ? "--shard: error: shards keep what is there and cannot be used with --force"
+        campaign ? "--shard: error: shards keep existing captures and cannot be used with --force"
                  : "--shard: error: the scene has no sequence, so that it has one condition, which cannot be divided");
   check_outputs(arguments, campaign, shard.is_whole());
   if (!arguments.preview.empty()) {

@@ -53,7 +53,7 @@ void refuse_reach(const config::Value& pipeline) {
     const config::Entry* overwrite = node.find("overwrite");
     if (overwrite != nullptr && overwrite->value.text != "false")
       diagnostics.error(overwrite->at, "--untrusted does not allow a pipeline to replace files by itself",
-                        "take it out; --force on the command line replaces existing outputs");
+                        "remove it; --force on the command line replaces existing outputs");
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
@@ -85,8 +85,8 @@ TimeLimit::TimeLimit(double limit)
         signals = 1;
         if (!passes(grace)) return;
         print_message(
-            fmt::format("error: the run did not end within {} after its limit of {}: ended at once, its outputs "
-                        "may be incomplete",
+            fmt::format("error: the run did not end within {} after its limit of {}: it was stopped at once, its "
+                        "outputs may be incomplete",
                         config::format_quantity(grace, "s"), config::format_quantity(limit, "s")));
         syscall(SYS_exit_group, 1);
       }) {}

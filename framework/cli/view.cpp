@@ -90,7 +90,7 @@ std::string default_pipeline(const std::string& what, bool camera, const ViewArg
   if (!camera) source += channels_read(delivered);
   std::string whole = source + default_stages(delivered);
   if (tried(whole + " ! null", arguments, common, &problem)) return whole;
-  print_message("warning: shown as it was recorded, since no cloud can be made of it:\n" + problem);
+  print_message("warning: shown as recorded, since no cloud can be computed from it:\n" + problem);
   return source;
 }
 

@@ -39,12 +39,12 @@ std::string yaml_problem(const std::string& message) {
       {words::FLOW_END, "a ']' or '}' without its beginning"},
       {words::EOF_IN_SCALAR, "a quoted text does not end"},
       {words::DOC_IN_SCALAR, "'---' or '...' within a text"},
-      {words::TAB_IN_INDENTATION, "a tab in the indentation: use blanks"},
+      {words::TAB_IN_INDENTATION, "a tab in the indentation: use spaces"},
       {words::UNKNOWN_TOKEN, "this character cannot begin a text: quote the text"},
       {words::INVALID_ESCAPE, "an unknown '\\' sequence: put the text in single quotes"},
       {words::INVALID_HEX, "an unknown '\\' sequence: put the text in single quotes"},
       {words::INVALID_UNICODE, "an unknown '\\' sequence: put the text in single quotes"},
-      {words::UNKNOWN_ANCHOR, "'*' refers to a name that no '&' gives: quote texts with '*'"},
+      {words::UNKNOWN_ANCHOR, "'*' refers to a name that no '&' defines: quote texts with '*'"},
   };
   for (const auto& [beginning, meaning] : meanings) {
     if (message.starts_with(beginning)) return meaning;
@@ -219,8 +219,8 @@ Value load_document(const std::filesystem::path& file) {
   text << in.rdbuf();
   if (text.view().starts_with("\x89HDF\r\n\x1a\n"))
     throw ConfigurationError(
-        fmt::format("{0}: error: this is a recording (HDF5), not text\n         tofgraph info {0} "
-                    "shows what it holds; capture_reader file={0} reads it\n",
+        fmt::format("{0}: error: this is a recording (HDF5), not text\n         tofgraph info {0} shows its contents; "
+                    "capture_reader file={0} reads it\n",
                     file.string()));
   return parse_document(file.string(), text.str(), file.parent_path());
 }

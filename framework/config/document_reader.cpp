@@ -78,7 +78,7 @@ std::int64_t Reader::whole_number(std::string_view key, std::string_view example
   diagnostics_.error(
       entry->value.at,
       fmt::format("'{}' is {}, expected a whole number {}", key, entry->value.described(),
-                  most == std::numeric_limits<std::int64_t>::max() ? fmt::format("from {} on", least)
+                  most == std::numeric_limits<std::int64_t>::max() ? fmt::format("of at least {}", least)
                                                                    : fmt::format("from {} to {}", least, most)),
       fmt::format("example: {}: {}", key, example));
   return otherwise;
@@ -201,10 +201,10 @@ void check_version(const Value& document, std::string_view kind, int newest, Dia
     diagnostics.error(entry->value.at,
                       fmt::format("the version of the {} is {}, expected {}", kind, entry->value.described(), newest));
   } else if (version > newest) {
-    diagnostics.error(
-        entry->value.at,
-        fmt::format("{} version {} is newer than this program, which knows up to {}", kind, version, newest),
-        "install a newer tofgraph");
+    diagnostics.error(entry->value.at,
+                      fmt::format("{} version {} is newer than this program, which supports versions up to {}", kind,
+                                  version, newest),
+                      "install a newer tofgraph");
   }
 }
 

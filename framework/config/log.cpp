@@ -95,7 +95,8 @@ SilentLibraries::~SilentLibraries() {
 std::string SilentLibraries::words() const {
   std::string text(std::size_t{1} << 16U, '\0');
   const ssize_t got = seen_by_user == STDERR_FILENO ? -1 : pread(words_, text.data(), text.size(), 0);
-  if (got < 0) throw std::runtime_error("what the libraries print cannot be kept: out of files or memory");
+  if (got < 0)
+    throw std::runtime_error("the output of the libraries cannot be captured: too many open files or out of memory");
   text.resize(static_cast<std::size_t>(got));
   return text;
 }

@@ -12,7 +12,8 @@
 
 namespace tofgraph::config {
 
-inline constexpr std::string_view lost_frames_words = " came faster than they were taken, and made room for newer ones";
+inline constexpr std::string_view lost_frames_words =
+    " arrived faster than they were read and were replaced by newer ones";
 
 inline std::string lost_frames_text(std::uint64_t frames) {
   return counted(frames, "frame") + std::string(lost_frames_words);

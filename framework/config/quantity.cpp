@@ -115,7 +115,7 @@ Parsed parse_unit(std::string_view text) {
     if (!text.empty() && (text.front() == '/' || text.front() == '*')) {
       sign = text.front() == '/' ? -1 : 1;
       text.remove_prefix(1);
-      if (trimmed(text).empty()) result.problem = "has a unit that ends in the middle";
+      if (trimmed(text).empty()) result.problem = "has an incomplete unit";
     }
   }
   if (factors != 1) result.offset = 0;  // a temperature difference

@@ -127,15 +127,13 @@ std::vector<std::string> insert_corrections(PipelineSpec& pipeline, const io::Ca
     std::vector<std::string> inserted;
     for (const std::string& stage : stages)
       inserted.push_back(insert_behind(pipeline, inserted.empty() ? node : inserted.back(), stage, at));
-    notes.push_back(fmt::format("inserts {} behind {}", fmt::join(inserted, ", "), node));
+    notes.push_back(fmt::format("inserts {} after {}", fmt::join(inserted, ", "), node));
   }
   if (!nodes.empty()) return notes;
   for (const std::string& stage : stages) {
     if (names_stage(pipeline, stage)) continue;
-    notes.push_back(
-        fmt::format("the folder of the camera has what {} takes, but no node of the pipeline is one: it is "
-                    "not applied",
-                    stage));
+    notes.push_back(fmt::format(
+        "the camera's folder has a calibration for {}, but the pipeline has no such node: it is not applied", stage));
     diagnostics.warning(at, notes.back(), fmt::format("add - {{stage: {}}} before the distance model", stage));
   }
   return notes;
@@ -169,9 +167,9 @@ void check_recording(const io::CameraFolder& folder, const std::string& source, 
   if (const std::string problem = io::serial_problem(folder.serial, word("serial"), "the frames"); !problem.empty()) {
     const std::string text = fmt::format("the folder {} {}", folder.folder.string(), problem);
     if (other_serial)
-      diagnostics.warning(at, text + ": it is used nevertheless");
+      diagnostics.warning(at, text + ": it is used anyway");
     else
-      diagnostics.error(at, text, "give the folder of that camera, or --other-serial uses this one");
+      diagnostics.error(at, text, "give the folder of that camera, or use this one with --other-serial");
   }
   std::array<double, 2> temperature = {std::numeric_limits<double>::quiet_NaN(),
                                        std::numeric_limits<double>::quiet_NaN()};

@@ -150,10 +150,10 @@ int share(tofgraph_frame* frame, const tofgraph_view* given, void* owner, void (
     const tofgraph_view* view = &shared;
     if (view->rank < 1 || view->rank > 4 || element_size(view->type) == 0 || view->data == nullptr ||
         view->channel == nullptr)
-      return refuse("what is shared needs data, a channel, a type and one to four dimensions");
+      return refuse("a shared view needs data, a channel, a type and one to four dimensions");
     auto stride = static_cast<std::int64_t>(element_size(view->type));
     for (std::uint32_t i = view->rank; i-- > 0;) {
-      if (view->stride[i] != stride) return refuse("what is shared has gaps");
+      if (view->stride[i] != stride) return refuse("a shared view must have no gaps");
       stride *= static_cast<std::int64_t>(view->extent[i]);
     }
     const std::size_t bytes = channel_bytes(view->type, view->rank, view->extent);

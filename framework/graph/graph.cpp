@@ -292,7 +292,7 @@ nlohmann::json Graph::provenance(std::size_t node) const {
       if (hash.empty() && host_.message)
         host_.message(
             step.name,
-            fmt::format("the hash of {} is not in the provenance: the run did not end in order, or the file is gone",
+            fmt::format("the hash of {} is not in the provenance: the run did not end cleanly, or the file is gone",
                         file.path),
             true);
       files.push_back({{"path", file.path}, {"sha256", hash.empty() ? nlohmann::json() : nlohmann::json(hash)}});

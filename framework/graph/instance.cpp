@@ -70,7 +70,7 @@ std::optional<Failure> Instance::create(const tofgraph_value* values) {
   forget_failure();
   const RunningCall call(*this, "create");
   const int status = plugin_.create(&host_table(), this, values, &self_);
-  auto failure = outcome(status, "failed without saying why");
+  auto failure = outcome(status, "failed without an error message");
   if (!failure && self_ == nullptr) failure = Failure{"", "create() returned nothing", true};
   if (failure) self_ = nullptr;
   return failure;
@@ -85,7 +85,7 @@ std::optional<Failure> Instance::prepare(std::span<const tofgraph_stream* const>
   const int status = plugin_.prepare(self_, streams.data(), streams.size());
   output_stream_ = nullptr;
   starting_ = false;
-  return outcome(status, "failed without saying why");
+  return outcome(status, "failed without an error message");
 }
 
 int Instance::process(std::span<tofgraph_frame* const> frames) {
@@ -96,7 +96,7 @@ int Instance::process(std::span<tofgraph_frame* const> frames) {
   const bool fine = status == TOFGRAPH_STATUS_OK || status == TOFGRAPH_STATUS_END;
   if (!fine || !last_failure().text.empty()) {
     outputs.name_finally(last_failure().text);
-    fail(plugin_, "the stage failed without saying why");
+    fail(plugin_, "the stage failed without an error message");
   }
   outputs.commit();
   return status;
@@ -109,7 +109,7 @@ void Instance::finish() {
   const RunningCall call(*this, "finish");
   if (plugin_.finish(self_) != TOFGRAPH_STATUS_OK || !last_failure().text.empty()) {
     outputs.name_finally(last_failure().text);
-    fail(plugin_, "the stage could not finish, without saying why");
+    fail(plugin_, "the stage could not finish and gave no error message");
   }
   outputs.commit();
 }
@@ -117,7 +117,7 @@ void Instance::finish() {
 std::optional<Failure> Instance::change(const tofgraph_value* values) {
   forget_failure();
   const RunningCall call(*this, "change");
-  return outcome(plugin_.change(self_, values), "failed without saying why");
+  return outcome(plugin_.change(self_, values), "failed without an error message");
 }
 
 void Instance::stop() noexcept {

@@ -197,8 +197,8 @@ struct HostCalls {
 
   static void set_source(void* context, const char* json) {
     guarded([&] {
-      const auto known = nlohmann::json::parse(needed(json, "what is known of the source"), nullptr, false);
-      if (!known.is_object()) throw std::runtime_error("set_source() was given no JSON object");
+      const auto known = nlohmann::json::parse(needed(json, "the information about the source"), nullptr, false);
+      if (!known.is_object()) throw std::runtime_error("set_source() needs a JSON object");
       output_stream(instance(context), "set_source").stream.source = config::json_text(known);
     });
   }
@@ -261,12 +261,12 @@ struct HostCalls {
       const auto found = std::ranges::find(parameters, name, &tofgraph_parameter::name);
       const auto place = static_cast<std::size_t>(found - parameters.begin());
       if (place >= self.outputs_.size() || self.outputs_[place].text().empty())
-        throw io::PluginDefect(fmt::format("output() was asked for '{}', which is not an output", name));
+        throw io::PluginDefect(fmt::format("output() was called for '{}', which is not an output", name));
       if (!open_outputs().accepting()) throw io::PluginDefect("output() may only be called in process() and finish()");
       const std::vector<std::string> companions = split_words(found->choices);
       if (companion != nullptr && std::ranges::find(companions, companion) == companions.end())
         throw io::PluginDefect(
-            fmt::format("output() was asked for '{}' next to '{}', which does not announce it", companion, name));
+            fmt::format("output() was called for '{}' next to '{}', which does not announce it", companion, name));
       const io::OutputPattern& files = self.outputs_[place];
       if (companion == nullptr && !files.numbered() && !self.claim(place))
         throw std::runtime_error(

@@ -209,7 +209,7 @@ bool Node::check_exposures(config::Diagnostics& diagnostics) const {
     diagnostics.error(at,
                       fmt::format("node '{}' ({}): '{}' is {}, which is {} images, but {} {} exposures", name,
                                   stage().name, channel.name, channel.described(), channel.extent[0],
-                                  !output().exposures.empty() ? "the source says that a frame has"
+                                  !output().exposures.empty() ? "the source states that a frame has"
                                   : output().camera           ? "the camera's profile has"
                                                               : "without a profile there are",
                                   count),
@@ -302,8 +302,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     status = call_process(end.frames);
   }
   if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
-  if (status == TOFGRAPH_STATUS_END)
-    throw BrokenPromise("the sink returned that nothing leaves it, as only a source or filter may");
+  if (status == TOFGRAPH_STATUS_END) throw BrokenPromise("the sink returned END, which only a source or filter may do");
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
   if (output_stream_.own_camera || (is_source() && output().camera)) {  // rays of the outgoing camera

@@ -74,7 +74,7 @@ bool Node::bind(const Stream& stream, std::vector<const Channel*>& bound, config
     } else if ((port.flags & TOFGRAPH_PORT_OPTIONAL) == 0) {
       const std::vector<std::string> needed = chosen ? std::vector{wanted} : names;
       diagnostics.error(at,
-                        fmt::format("node '{}' ({}) needs {}; what arrives has {}", name, stage().name,
+                        fmt::format("node '{}' ({}) needs {}; the input has {}", name, stage().name,
                                     joined(needed, " or "), names_of(stream)),
                         remedy(needed, stream));
       right = false;

@@ -233,7 +233,7 @@ config::Value pipeline_from_line(const std::string& line, const std::string& cam
     const auto equals = word.text.find('=');
     if (equals == std::string::npos || equals == 0) {
       diagnostics.error(at, fmt::format("'{}' is not a parameter", word.text),
-                        "write parameter=value, values with blanks in quotes: strength='3.91 mm'");
+                        "write parameter=value, values with spaces in quotes: strength='3.91 mm'");
       continue;
     }
     const config::Position value_at = place(word.column + equals + 1, word.text.size() - equals - 1);

@@ -111,7 +111,7 @@ void check_name(const Inspection& read, const PluginFile& file, const tofgraph_d
   read.not_null(d.name, "name");
   if (file.kind != d.kind || file.name != d.name)
     read.refuse(fmt::format("calls itself {} '{}'", d.kind, d.name),
-                "name the file tofgraph_KIND_NAME.so after what is in it");
+                "name the file tofgraph_KIND_NAME.so after its contents");
   constexpr std::uint32_t known = TOFGRAPH_STAGE_STATELESS | TOFGRAPH_STAGE_MANY_INPUTS | TOFGRAPH_STAGE_STEADY;
   read.need((d.flags & ~known) == 0, fmt::format("its flags are {}, which has unknown bits", d.flags));
   if ((d.flags & TOFGRAPH_STAGE_MANY_INPUTS) != 0 && file.kind != "sink") {
@@ -143,9 +143,9 @@ void check_port(const Inspection& read, const Plugin& plugin, tofgraph_port& por
   if (!names.insert(fmt::format("{} {}", port.direction == TOFGRAPH_DIRECTION_OUT ? "out" : "in", port.name)).second)
     wrong("is declared twice");
   if (plugin.file.kind == "source" && port.direction != TOFGRAPH_DIRECTION_OUT)
-    wrong("reads a channel, but nothing arrives at a source");
+    wrong("reads a channel, but a source has no input");
   if (plugin.file.kind == "sink" && port.direction != TOFGRAPH_DIRECTION_IN)
-    wrong("makes or changes a channel, but nothing leaves a sink");
+    wrong("makes or changes a channel, but a sink has no output");
   if (plugin.file.kind == "effect") wrong("is a port, but an effect has parameters only");
 }
 

@@ -113,7 +113,8 @@ std::map<std::string, json> PluginRegistry::describe(const std::vector<PluginFil
     std::istringstream lines(child.output);
     for (std::string line; next < unseen.size() && std::getline(lines, line) && !lines.eof();) {
       const json seen = json::parse(line, nullptr, false);
-      result[unseen[next++].path.string()] = seen.is_object() ? seen : json{{"error", "the scanner said: " + line}};
+      result[unseen[next++].path.string()] =
+          seen.is_object() ? seen : json{{"error", "output of the scanner: " + line}};
     }
     if (next < unseen.size()) {
       const std::string path = unseen[next++].path.string();

@@ -56,9 +56,9 @@ void ResolvedPipeline::check_sources(config::Diagnostics& diagnostics) const {
   for (std::size_t i = 0; i < specs_.size(); ++i) {
     const NodeSpec& node = specs_[i];
     if (node.queue && stages_[i] != nullptr && !is(i, "source")) {
-      diagnostics.error(
-          node.queue->at, fmt::format("node '{}' is not a source: only a source has a queue", node.name),
-          "frames are dropped only at the source's exit, so that no branch waits for a frame that another one lost");
+      diagnostics.error(node.queue->at, fmt::format("node '{}' is not a source: only a source has a queue", node.name),
+                        "frames are dropped only at the source's output, so that no branch waits for a frame that "
+                        "another branch lost");
     }
     if (!is(i, "source")) continue;
     if (node.inputs)

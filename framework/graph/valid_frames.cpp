@@ -89,7 +89,7 @@ std::string ValidFrames::reasons() const {
   std::ranges::stable_sort(shares, [](const auto& a, const auto& b) { return a.first > b.first; });
   if (2 * too_long_ > pixels_)
     return "they are longer than 1000 km: is the unit of the lengths, or of the frequency, right?";
-  if (shares.empty()) return "they have no valid length, and no other flag says why";
+  if (shares.empty()) return "they have no valid length, and no other flag gives a reason";
   std::string text;
   for (const auto& [share, reason] : shares)
     text += fmt::format("{}{:.0f} % are {}", text.empty() ? "" : ", ", 100 * share, reason);

@@ -105,7 +105,7 @@ bool Client::too_many_messages() {
 
 void Client::send(Message message) {
   if (closing_) return;
-  if (queue_.size() >= max_queued) return close("does not read what is sent");
+  if (queue_.size() >= max_queued) return close("does not read the messages sent to it");
   queue_.push_back(std::move(message));
   if (!writing_) write();
 }

@@ -85,7 +85,7 @@ class Client : public std::enable_shared_from_this<Client> {
   void send_binary(std::string bytes) { send({std::move(bytes), true}); }
   void close(const std::string& reason);
   /// Calls a function, e.g. a method of the protocol. An exception closes this connection, not the server.
-  template <class Call> void guarded(Call&& call, const char* reason = "this cannot be sent") {
+  template <class Call> void guarded(Call&& call, const char* reason = "this message cannot be sent") {
     try {
       call();
     } catch (const std::exception&) {

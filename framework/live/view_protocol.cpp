@@ -153,7 +153,7 @@ class ViewProtocol final : public Protocol {
   }
 
   void answer(std::function<std::string()> question, nlohmann::json head) {
-    if (asking_ >= 8) return refuse(std::move(head), "too many questions at once: wait for the answers");
+    if (asking_ >= 8) return refuse(std::move(head), "too many requests at once: wait for the replies");
     ++asking_;
     client_.hub().ask(std::move(question), [client = client_.shared_from_this(), this, head = std::move(head)](
                                                const std::string& reply, const std::string& problem) {

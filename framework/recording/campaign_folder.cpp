@@ -61,10 +61,10 @@ int lock_folder(const fs::path& folder) {
   const int why = errno;
   ::close(descriptor);
   if (why == EWOULDBLOCK)
-    throw std::runtime_error(fmt::format("{}: another recorder is at work in this folder", folder.string()));
+    throw std::runtime_error(fmt::format("{}: another recorder is using this folder", folder.string()));
   throw std::runtime_error(
-      fmt::format("{}: nobody can tell whether another recorder is at work in this folder, as it "
-                  "cannot be locked: {}; choose a folder on another disk",
+      fmt::format("{}: the folder cannot be locked, so another recorder in it cannot be ruled out: {}; choose a folder "
+                  "on another disk",
                   folder.string(), std::generic_category().message(why)));
 }
 
@@ -135,7 +135,8 @@ std::string CampaignFolder::difference(const io::CaptureReader& capture, std::si
   const io::CaptureHeader& header = capture.header();
   const std::string wanted = condition_text(plan_.campaign.conditions[condition]), serial = serial_of(header);
   if (header.comment != wanted)
-    return fmt::format("was not recorded by this plan: it is of '{}', planned is '{}'", header.comment, wanted);
+    return fmt::format("was not recorded with this plan: it belongs to '{}', the plan has '{}'", header.comment,
+                       wanted);
   if (header.camera != camera_.name)
     return fmt::format("was recorded with the camera '{}', this is '{}'", header.camera, camera_.name);
   if (!serial.empty() && !camera_.serial.empty() && serial != camera_.serial)
@@ -143,8 +144,7 @@ std::string CampaignFolder::difference(const io::CaptureReader& capture, std::si
   if (header.profile != camera_.profile)
     return fmt::format("was recorded with another profile of the camera '{}' than it has now", camera_.name);
   if (capture.frames() != frames_)
-    return fmt::format("has {}, {} asked for (--frames, or what the plan says)",
-                       config::counted(capture.frames(), "frame"),
+    return fmt::format("has {}, {} asked for (by --frames or by the plan)", config::counted(capture.frames(), "frame"),
                        frames_ == 1 ? "1 is" : fmt::format("{} are", frames_));
   return {};
 }

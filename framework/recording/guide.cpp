@@ -22,9 +22,8 @@ constexpr double still_limit = 0.004;  // m, between two measurements of a resti
 constexpr double mostly = 0.5;         // fraction of saturated pixels
 
 constexpr const char* answers =
-    "Enter looks and records; 'look' only looks, 'record' records whatever is seen, 'skip' leaves it out for now, "
-    "'quit' "
-    "stops";
+    "Enter checks and records; 'look' only checks, 'record' records in any case, 'skip' postpones this condition, "
+    "'quit' stops";
 
 /// Returns whether the camera is simulated from the scene that is the plan itself, so that nobody has to set it up.
 bool plays_the_plan(const CameraRequest& camera, const Plan& plan) {
@@ -98,8 +97,7 @@ Guide::Answer Guide::ask(std::size_t index) {
     options_.print_message("  " + seen.text());
     const std::string wrong = wrong_with(seen, index);
     if (!wrong.empty())
-      options_.print_message(
-          fmt::format("  {}: {}", *line == "record" ? "recorded all the same" : "not recorded", wrong));
+      options_.print_message(fmt::format("  {}: {}", *line == "record" ? "recorded anyway" : "not recorded", wrong));
     const bool go = *line == "record" || (line->empty() && wrong.empty());
     if (!go) continue;
     before_.reset();
@@ -114,10 +112,10 @@ Guide::Answer Guide::ask(std::size_t index) {
 Guide::Answer Guide::wait_until_still(std::size_t index) {
   const double planned = plan_.campaign.conditions[index].board_distance;
   if (!before_ || std::isnan(planned) || !change_shows(planned, before_->planned)) {
-    options_.print_message("  nobody can see here whether it was moved: say when it stands there");
+    options_.print_message("  a move this small cannot be detected: press Enter when the board is in place");
     return ask(index);
   }
-  options_.print_message("  it is recorded as soon as it stands still there");
+  options_.print_message("  it is recorded as soon as the board stands still there");
   double last = io::unknown;
   std::string said;
   for (;;) {

@@ -111,7 +111,7 @@ double Seen::misalignment() const {
 
 std::string misaligned(const Seen& seen, double tolerance) {
   const double difference = seen.misalignment();
-  if (std::isnan(difference)) return "no distance can be seen in a corner of the image";
+  if (std::isnan(difference)) return "no valid distance in a corner of the image";
   if (difference <= tolerance) return {};
   const double right = (seen.corners[1] + seen.corners[3] - seen.corners[0] - seen.corners[2]) / 2;
   const double bottom = (seen.corners[2] + seen.corners[3] - seen.corners[0] - seen.corners[1]) / 2;
@@ -139,19 +139,19 @@ bool change_shows(double a, double b) { return std::abs(a - b) >= min_change_see
 std::string contradiction(const Seen& seen, double planned, const std::optional<Reference>& before, double tolerance,
                           double unambiguous_range) {
   if (std::isnan(planned)) return {};
-  if (std::isnan(seen.distance)) return "no distance can be seen in the middle of the image";
+  if (std::isnan(seen.distance)) return "no valid distance in the middle of the image";
   const auto wrapped = [&](double difference) {
     return std::isnan(unambiguous_range) ? difference : std::remainder(difference, unambiguous_range);
   };
   const double difference = wrapped(seen.distance - planned);
   if (std::abs(difference) > tolerance)
-    return fmt::format("the board is seen at {:.0f} mm, planned are {:.0f} mm: {}", seen.distance * 1e3, planned * 1e3,
-                       difference_text(difference));
+    return fmt::format("the board is measured at {:.0f} mm, the plan has {:.0f} mm: {}", seen.distance * 1e3,
+                       planned * 1e3, difference_text(difference));
   if (!before || before->planned == planned) return {};
   const double change = planned - before->planned;
   const double unseen = wrapped(seen.distance - before->seen - change);
   if (std::abs(unseen) <= std::max(min_change_seen, share_of_change * std::abs(change))) return {};
-  return fmt::format("the board has moved by {:.0f} mm, planned were {:.0f} mm: {}",
+  return fmt::format("the board has moved by {:.0f} mm, the plan has {:.0f} mm: {}",
                      (seen.distance - before->seen) * 1e3, change * 1e3, difference_text(unseen));
 }
 

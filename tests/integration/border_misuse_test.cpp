@@ -48,8 +48,8 @@ const Case refused[] = {
     {"filter", "port_unit_unknown", "its port 'distance' has the invalid unit 'furlong'"},
     {"filter", "port_shape_unknown", "its port 'distance' has the shape 'H x W', expected up to four of"},
     {"filter", "port_twice", "its port 'distance' is declared twice"},
-    {"source", "source_reads", "its port 'distance' reads a channel, but nothing arrives at a source"},
-    {"sink", "sink_makes", "its port 'distance' makes or changes a channel, but nothing leaves a sink"},
+    {"source", "source_reads", "its port 'distance' reads a channel, but a source has no input"},
+    {"sink", "sink_makes", "its port 'distance' makes or changes a channel, but a sink has no output"},
     {"effect", "effect_with_port", "its port 'distance' is a port, but an effect has parameters only"},
     {"filter", "parameters_null", "its array of parameters is null"},
     {"filter", "parameter_size_small", "its parameters have 8 bytes each, expected at least 80"},
@@ -99,11 +99,11 @@ const Case running[] = {
     {"filter", "reads_null", "frame 0: the plugin gave null to read()"},
     {"filter", "writes_rank_0", "frame 0: channel 'depth' was to be written with 0 dimensions of type float32"},
     {"filter", "uses_file_while_running", "frame 0: uses_file() is for prepare()"},
-    {"filter", "output_of_no_file", "frame 0: output() was asked for 'size', which is not an output"},
+    {"filter", "output_of_no_file", "frame 0: output() was called for 'size', which is not an output"},
 };
 const Case simulating[] = {
     {"effect", "effect_provides", "effect effect_provides: the plugin called provide(), but an effect has no stream"},
-    {"effect", "effect_output", "effect effect_output: output() was asked for 'path', which is not an output"},
+    {"effect", "effect_output", "effect effect_output: output() was called for 'path', which is not an output"},
 };
 
 void expect_told(const Case& wrong, const Outcome& outcome, int exit_code) {
@@ -161,7 +161,7 @@ TEST(Misuse, NothingWrongIsNotRefused) {
 TEST(Misuse, AFailureWithoutAWordIsToldAsThat) {
   const Outcome outcome = run("fails_without_a_word");
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_NE(outcome.err.find("frame 0: the stage failed without saying why"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("frame 0: the stage failed without an error message"), std::string::npos) << outcome.err;
 }
 
 TEST(Misuse, EveryDefectIsTested) {

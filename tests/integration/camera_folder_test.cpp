@@ -114,7 +114,7 @@ TEST_F(CameraFolder, AConstantThatOffsetAndModelBothKnowIsTakenOutOnce) {
              "model: 1\ncamera: small\nserial: S1\neffects:\n  - {effect: zero_offset, offset: 28 mm}\n");
   add("model.yaml");
   EXPECT_NEAR(depth(), 1.5, 1e-3);
-  EXPECT_THAT(add("offset.yaml"), HasSubstr("zero_offset: left out of the model, since the offset calibration"));
+  EXPECT_THAT(add("offset.yaml"), HasSubstr("zero_offset: excluded from the model, since the offset calibration"));
   EXPECT_NEAR(depth(), 1.5, 1e-3);
   // An offset calibration of boards corrected by the model complements the model.
   write_text(path("after.yaml"), offset_of(0, ", applied: [model_correction]"));
@@ -146,7 +146,7 @@ TEST_F(CameraFolder, AFolderMayBeMovedAsAWhole) {
   std::filesystem::remove(path("elsewhere/offset/offset.yaml"));
   const Outcome part = tofgraph("run p.yaml --force --camera ./elsewhere");
   EXPECT_EQ(part.exit_code, 2);
-  EXPECT_THAT(part.err, HasSubstr("offset.yaml is missing: was a part of the folder moved?"));
+  EXPECT_THAT(part.err, HasSubstr("offset.yaml is missing: was part of the folder moved?"));
   std::filesystem::remove(path("elsewhere/camera.yaml"));
   const Outcome none = tofgraph("run p.yaml --force --camera ./elsewhere");
   EXPECT_EQ(none.exit_code, 2);
@@ -183,7 +183,7 @@ TEST_F(CameraFolder, AnotherDeviceIsRefusedUnlessInsistedOn) {
   const Outcome refused = tofgraph("camera add lab other.yaml");
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("is of the camera with the serial S2"));
-  EXPECT_THAT(add("other.yaml --other-serial"), HasSubstr("added nevertheless"));
+  EXPECT_THAT(add("other.yaml --other-serial"), HasSubstr("added anyway"));
   record({.serial = "S3"});
   const Outcome run = tofgraph("run p.yaml --force");
   EXPECT_EQ(run.exit_code, 2);
@@ -211,7 +211,7 @@ TEST_F(CameraFolder, AnExpiredCalibrationIsUsedWithANote) {
   record({.recorded_at_ns = "1770000000000000000", .temperature_c = 41});  // 2026-02-02
   const Outcome run = tofgraph("run p.yaml --force");
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, AllOf(HasSubstr("is valid until 2025-12-31, the recording is of 2026-02-02"),
+  EXPECT_THAT(run.err, AllOf(HasSubstr("is valid until 2025-12-31, the recording is from 2026-02-02"),
                              HasSubstr("is for 15 to 35 degC, the recording was made at 41 to 41 degC")));
   record({.recorded_at_ns = "1750000000000000000", .temperature_c = 25});
   EXPECT_THAT(tofgraph("run p.yaml --force").err, Not(HasSubstr("warning")));
@@ -225,7 +225,7 @@ TEST_F(CameraFolder, APipelineWithItsOwnCorrectionsTakesTheFilesThatItLeavesOut)
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const Outcome none = tofgraph("run \"capture_reader file=board.h5 ! null\" --camera lab");
   EXPECT_EQ(none.exit_code, 0);
-  EXPECT_THAT(none.err, HasSubstr("no node of the pipeline is one: it is not applied"));
+  EXPECT_THAT(none.err, HasSubstr("the pipeline has no such node: it is not applied"));
 }
 
 TEST_F(CameraFolder, NamesThatCannotBeAreRefused) {

@@ -65,7 +65,7 @@ TEST_F(Mpi, SaysWhatIsWrong) {
     const Outcome bad = run(start(2) + " reduce c/campaign.yaml -o bad");
     EXPECT_EQ(bad.exit_code, 1);
     EXPECT_EQ(count(bad.err, "error: condition '"), 1U) << bad.err;
-    EXPECT_EQ(count(bad.err, "11 there before"), 1U) << bad.err;
+    EXPECT_EQ(count(bad.err, "11 existed already"), 1U) << bad.err;
     fs::remove(home() / "bad" / name);
     fs::rename(home() / "kept.stats", home() / "bad" / name);
   }

@@ -78,7 +78,7 @@ TEST_F(Provenance, OfAnInputThatVanishedIsNullAndTold) {
   EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), nlohmann::json());
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings.front(), "pmd_raw_reader: the hash of " + dump.string() +
-                                  " is not in the provenance: the run did not end in order, or the file is gone");
+                                  " is not in the provenance: the run did not end cleanly, or the file is gone");
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST_F(RecordPlan, IsRecordedAsPlannedAndWrongBoardsAreToldBefore) {
   EXPECT_EQ(result["exit_code"], 0) << screen;
   EXPECT_EQ(result["wrong"], 3);
   EXPECT_EQ(result["told"], 3) << screen;
-  expect_words(screen, {"planned are 800 mm", "500 mm too far", "24 of 24 conditions recorded"});
+  expect_words(screen, {"the plan has 800 mm", "500 mm too far", "24 of 24 conditions recorded"});
   expect_complete();
 }
 
@@ -113,7 +113,7 @@ TEST_F(RecordPlan, RefusesCapturesOfAnotherPlan) {
   write_text(folder.path() / "plan.yaml", other);
   const Outcome outcome = shell(command, folder.path());
   EXPECT_EQ(outcome.exit_code, 1);
-  expect_words(outcome.err, {"was not recorded by this plan", "choose another folder"});
+  expect_words(outcome.err, {"was not recorded with this plan", "choose another folder"});
 }
 
 /// A campaign in front of a fixed board.
@@ -155,7 +155,7 @@ TEST_F(RecordCampaign, ABoardThatNobodyMovedIsNotRecordedAsMoved) {
   const Outcome first = record("\\n", "--still");
   EXPECT_EQ(first.exit_code, 1) << first.err;
   expect_words(first.err,
-               {"nobody can see here whether it was moved", "1 of 3 conditions recorded", "standard input has ended"});
+               {"a move this small cannot be detected", "1 of 3 conditions recorded", "standard input has ended"});
   EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
   // After a restart the position of the board is unknown.
   EXPECT_EQ(record("", "--still").exit_code, 1);
@@ -171,7 +171,7 @@ TEST_F(RecordCampaign, ABoardThatNobodyMovedIsNotRecordedAsMoved) {
           once_it_says("has moved by") + "sleep 0.5; kill -INT $!; wait $!",
       folder.path());
   const std::string screen = read_text(folder.path() / "err.txt");
-  expect_words(screen, {"the board has moved by", "planned were 45 mm", "1 of 2 conditions recorded"});
+  expect_words(screen, {"the board has moved by", "the plan has 45 mm", "1 of 2 conditions recorded"});
   EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
 }
 
@@ -258,12 +258,12 @@ TEST_F(RecordCampaign, WrongUsageIsToldBeforeAnythingIsMade) {
     EXPECT_FALSE(fs::exists(folder.path() / "out")) << options;
   };
   const std::string world = "--camera simulated:world.yaml ";
-  refuses(world + "--comment mine", {"--comment: error: a plan's captures say"});
-  refuses(world + "--force", {"--force: error: a plan goes on"});
+  refuses(world + "--comment mine", {"--comment: error: a plan writes the condition into each capture"});
+  refuses(world + "--force", {"--force: error: a plan continues"});
   refuses(world + "--for '3 s'", {"--duration: error: a plan is recorded by frames"});
-  refuses(world + "--set integration_time='1 ms'", {"the plan says the integration times"});
-  refuses(world + "--set camera.auto_integration_time=true", {"the plan says the integration times"});
-  refuses(world + "--set capture.comment=mine", {"the plan says that"});
+  refuses(world + "--set integration_time='1 ms'", {"the plan states the integration times"});
+  refuses(world + "--set camera.auto_integration_time=true", {"the plan states the integration times"});
+  refuses(world + "--set capture.comment=mine", {"the plan states it"});
   refuses("--camera camcube:usb", {"--camera:1:", "no camera 1c28:c003 is plugged in"});
   refuses("--camera camcube", {"--camera:1:1", "no camera was found"});
   refuses("--camera simulated:nowhere.yaml", {"nowhere.yaml"});

@@ -53,7 +53,8 @@ TEST_F(ReduceMistakes, RefusesACampaignThatHasChanged) {
   done("sed -i 's/600 mm/601 mm/' edited/campaign.yaml");
   EXPECT_THAT(run("$TOFGRAPH merge edited_2").err, HasSubstr("has changed since shard 1/2 was reduced"));
   // Board poses are not stored in the statistics: none is recomputed.
-  EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err, HasSubstr("0 reduced, 12 there before"));
+  EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err,
+              HasSubstr("0 reduced, 12 existed already"));
 }
 
 TEST_F(ReduceMistakes, SearchesNoCampaignOfBefore) {

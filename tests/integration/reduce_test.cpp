@@ -66,7 +66,7 @@ TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
 TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {
   copy("s", "again");
   const auto time = fs::last_write_time(first_file("again"));
-  EXPECT_THAT(done("$TOFGRAPH reduce c/campaign.yaml -o again").err, HasSubstr("0 reduced, 12 there before"));
+  EXPECT_THAT(done("$TOFGRAPH reduce c/campaign.yaml -o again").err, HasSubstr("0 reduced, 12 existed already"));
   EXPECT_EQ(fs::last_write_time(first_file("again")), time);
 }
 
@@ -78,7 +78,7 @@ TEST_F(Reduce, RedoesDamagedFilesAndReportsThem) {
     EXPECT_NE(search.exit_code, 0) << at;
     EXPECT_THAT(search.err, HasSubstr(first_file("damaged").filename())) << at;
     const Outcome outcome = done("$TOFGRAPH reduce c/campaign.yaml -o damaged");
-    EXPECT_THAT(outcome.err, HasSubstr("0 reduced, 11 there before, 1 damaged and made again")) << at;
+    EXPECT_THAT(outcome.err, HasSubstr("0 reduced, 11 existed already, 1 damaged and made again")) << at;
     EXPECT_THAT(outcome.err, HasSubstr(first_file("damaged").filename())) << at;
     EXPECT_EQ(read_text(first_file("damaged")), read_text(first_file("s")));
   }
@@ -123,7 +123,7 @@ TEST_F(Reduce, SimulatesTheSameBytesInShards) {
   done("sed 's/seed: 3/seed: 4/' scene.yaml > other.yaml");
   const Outcome other = run("$TOFGRAPH simulate other.yaml -o simulated --shard 1/3");
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("made of another scene, model or seed"));
+  EXPECT_THAT(other.err, HasSubstr("made from another scene, model or seed"));
   EXPECT_EQ(run("$TOFGRAPH simulate scene.yaml -o simulated --shard 1/1").exit_code, 2);
 }
 
@@ -188,7 +188,7 @@ TEST_F(Reduce, FullDiskKeepsWhatIsWhole) {
     ++kept;
   }
   EXPECT_GE(kept, 1U);
-  EXPECT_THAT(run(reduce).err, HasSubstr(std::to_string(kept) + " there before"));
+  EXPECT_THAT(run(reduce).err, HasSubstr(std::to_string(kept) + " existed already"));
 }
 
 }  // namespace

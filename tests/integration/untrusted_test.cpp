@@ -120,7 +120,7 @@ TEST_F(Untrusted, EndsWhileItWaitsForAnInput) {
       "camcube2",
       folder_.path());
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("ended at once"));
+  EXPECT_THAT(outcome.err, HasSubstr("stopped at once"));
 }
 
 }  // namespace

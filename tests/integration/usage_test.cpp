@@ -68,7 +68,7 @@ TEST_F(Usage, APluginFolderThatCannotBeEnteredIsTold) {
 TEST_F(Usage, ARecordingThatIsCheckedIsToldToBeOne) {
   const std::string file = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
   EXPECT_EQ(refused("check " + file), file + ": error: this is a recording (HDF5), not text\n         tofgraph info " +
-                                          file + " shows what it holds; capture_reader file=" + file + " reads it\n");
+                                          file + " shows its contents; capture_reader file=" + file + " reads it\n");
 }
 
 TEST_F(Usage, OneIsNotPlural) {

@@ -43,7 +43,7 @@ TEST(Document, MistakesAreToldInPlainWords) {
       {"a: \"two words\n", "a quoted text does not end"},
       {"a: @home\n", "quote the text"},
       {"a: \"\\q\"\n", "put the text in single quotes"},
-      {"a: *none\n", "'*' refers to a name that no '&' gives"},
+      {"a: *none\n", "'*' refers to a name that no '&' defines"},
       {"a: 'two words\nb: 1\n", "a quoted text does not end"},
       {"a: 'it''s\n", "a quoted text does not end"},
       {"a: '''b\n", "a quoted text does not end"},

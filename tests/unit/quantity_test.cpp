@@ -63,7 +63,7 @@ TEST(Quantity, SaysWhatIsWrong) {
                          {"inf mm", "m", "must be finite"},
                          {"nan", "", "must be finite"},
                          {"1e999 m", "m", "is too large or too small for a number"},
-                         {"5 mm/", "m", "has a unit that ends in the middle"},
+                         {"5 mm/", "m", "has an incomplete unit"},
                          {"5 m^x", "m", "has 'm^x', which is not a power of a unit"},
                          {"5 mm 3", "m", "has the unknown unit '3'"}};
   for (const Wrong& c : cases) EXPECT_EQ(config::parse_quantity(c.text, c.unit).problem, c.problem) << c.text;
