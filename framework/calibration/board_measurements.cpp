@@ -81,7 +81,7 @@ class Reader {
           fmt::format("the board's distances reach {}, beyond the unambiguous range of {} at {}: they wrap",
                       format_quantity(farthest, "m"), format_quantity(range_, "m"),
                       format_quantity(camera_.modulation_frequency, "Hz"));
-      result.hint = "leave the condition out";
+      result.hint = "remove the condition";
       return result;
     }
     if (campaign_.from_table)
@@ -162,21 +162,22 @@ class Reader {
     const Board& board = *result.board;
     if (!std::isfinite(board.corrected.mean)) {
       result.mistake = fmt::format(
-          "no depth follows from the measured distances, {} on average: no light path from the sources by way of the "
-          "board is as short",
+          "no depth fits the measured distances, {} on average: every light path from the sources by way of the board "
+          "is longer",
           format_quantity(board.measured.mean, "m"));
-      result.hint = "is the capture that of this condition, and are the positions of the sources right?";
+      result.hint = "does the capture belong to this condition, and are the positions of the sources right?";
       result.board.reset();
       return;
     }
     if (!(std::abs(board.error()) > range_ / 2)) return;
     result.mistake = fmt::format(
-        "the board is said to be at {}, but was measured at {}: they differ by more than half the unambiguous range "
-        "({})",
+        "the stated distance of the board is {}, but it was measured at {}: they differ by more than half the "
+        "unambiguous range ({})",
         format_quantity(board.distance, "m"), format_quantity(board.corrected.mean, "m"),
         format_quantity(range_ / 2, "m"));
     result.hint =
-        "is the distance right, and the capture that of this condition? Distances beyond the unambiguous range wrap";
+        "is the distance right, and does the capture belong to this condition? Distances beyond the unambiguous range "
+        "wrap";
     result.board.reset();
   }
 
@@ -263,7 +264,7 @@ void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, 
   if (!(rate > large) && !(rate < 1 / large)) return;
   diagnostics.error(
       place_of(campaign.conditions.front()),
-      fmt::format("the boards are said to stand at {} to {}, but were measured at {} to {}: each metre "
+      fmt::format("the stated distances of the boards are {} to {}, but they were measured at {} to {}: each metre "
                   "counts {:.2g} times",
                   format_quantity(near->distance, "m"), format_quantity(far->distance, "m"),
                   format_quantity(near->measured.mean, "m"), format_quantity(far->measured.mean, "m"), rate),
@@ -279,7 +280,7 @@ void note_wrapped(const io::Campaign& campaign, const std::vector<Read>& read, B
   if (count == 0) return;
   const auto worst = std::ranges::max_element(read, {}, share_of);
   all.notes.push_back(
-      fmt::format("{} condition{} pixels that wrap, which are left out: most of them in {} ({:.2g} % of its pixels)",
+      fmt::format("{} condition{} pixels that wrap, which are excluded: most of them in {} ({:.2g} % of its pixels)",
                   count, count == 1 ? " has" : "s have",
                   campaign.conditions[static_cast<std::size_t>(worst - read.begin())].id, 100 * share_of(*worst)));
 }
@@ -291,7 +292,7 @@ void note_unusable(const io::Campaign& campaign, const std::vector<Read>& read, 
   if (worst == read.end() || count_of(*worst) == 0) return;
   const auto affected = std::ranges::count_if(read, [&](const Read& r) { return count_of(r) > 0; });
   all.notes.push_back(
-      fmt::format("{} of {} conditions have pixels that were left out before averaging; {} most of them, {} of {}: {}",
+      fmt::format("{} of {} conditions have pixels that were excluded before averaging; {} most of them, {} of {}: {}",
                   affected, read.size(), campaign.conditions[static_cast<std::size_t>(worst - read.begin())].id,
                   worst->unusable.total(), worst->unusable.pixels, worst->unusable.described()));
 }
@@ -319,7 +320,7 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
   for (std::size_t i = 0; i < n; ++i) {
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, read[i].hint);
-    if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    if (!read[i].left_out.empty()) all.notes.push_back(fmt::format("{}: excluded: {}", c.id, read[i].left_out));
     if (!read[i].board) continue;
     all.unusable += read[i].unusable;
     if (std::ranges::find(all.targets, c.target) == all.targets.end()) all.targets.push_back(c.target);
@@ -334,8 +335,8 @@ Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, cons
     if (corrected_by(campaign, evidence, stage).empty()) continue;
     all.applied.emplace_back(stage);
     all.notes.push_back(
-        fmt::format("the captures' distances have {} applied: what it corrected is not found again, and a pipeline "
-                    "needs it as well",
+        fmt::format("the captures' distances have {} applied: errors that it corrected are not part of the result, and "
+                    "a pipeline needs it as well",
                     stage));
   }
   note_wrapped(campaign, read, all);

@@ -55,7 +55,7 @@ BoardPose pose_of(const io::Campaign& campaign) {
   const LensParameters lens = lens_of(camera);
   BoardPose result;
   if (!initial_pose(observations, view, lens, result.board))
-    throw std::runtime_error("no pose fits the pattern's points: is it the right pattern?");
+    throw std::runtime_error("no pose fits the pattern's points: is the pattern right?");
   result.world_camera = inverse_of(result.board);
   result.rms = reprojection_rms(observations, view, lens, result.board);
   result.points = search.corners.size();

@@ -55,8 +55,8 @@ class Solver {
   [[noreturn]] void not_solved_error() const {
     if (parallel()) undetermined_error(0);
     throw std::runtime_error(
-        "the fit of the lens did not converge: the corners do not tell all that is free; take more views, or free less "
-        "(--free, --without warp)");
+        "the fit of the lens did not converge: the corners do not determine all free parameters; take more views, or "
+        "fit fewer parameters (--free, --without warp)");
   }
 
   /// @param sd relative standard deviation of the focal length; 0: unknown
@@ -65,10 +65,10 @@ class Solver {
       throw std::runtime_error(
           "the focal length is not determined: the board is nearly parallel to the sensor in all views; tilt it by 20 "
           "to 40 deg about both axes in most of them");
-    throw std::runtime_error(fmt::format(
-        "the focal length is not determined: its standard deviation would be {:.0f} %; take more views, the board "
-        "tilted by 20 to 40 deg about both axes in most of them",
-        100 * sd));
+    throw std::runtime_error(
+        fmt::format("the focal length is not determined: its standard deviation would be {:.0f} %; take more views, "
+                    "with the board tilted by 20 to 40 deg about both axes in most of them",
+                    100 * sd));
   }
 
   /// Excludes views one by one, the worst first, until the others are consistent; then single corners.
@@ -145,7 +145,7 @@ class Solver {
     const Layout layout = problem_.layout(false);
     degrees_ = count - static_cast<double>(layout.lens.size() + layout.warp + 6 * problem_.views.size());
     if (!(degrees_ > 0))
-      throw std::runtime_error("too few corners were seen for the unknowns of the lens and the poses");
+      throw std::runtime_error("too few corners were found for the unknowns of the lens and the poses");
     scatter_.corners = std::max(std::sqrt(squares / degrees_), 1e-6);
   }
 

@@ -67,7 +67,7 @@ cv::Mat zhangs(const Observations& observations, const std::vector<std::vector<c
     for (const View& view : observations.views)
       if (!has_homography(points_of(observations, view)))
         throw std::runtime_error("the corners of '" + view.id + "' are not those of a plane board");
-    throw std::runtime_error("no lens can be guessed from the corners");
+    throw std::runtime_error("no initial lens can be estimated from the corners");
   }
 }
 
@@ -128,8 +128,7 @@ LensParameters initial_lens(const Observations& observations) {
       best = &candidate;
     }
   }
-  if (best == nullptr)
-    throw std::runtime_error("no lens fits the corners that were found: is the pattern the right one?");
+  if (best == nullptr) throw std::runtime_error("no lens fits the corners that were found: is the pattern right?");
   return *best;
 }
 

@@ -33,12 +33,12 @@ constexpr Kind all[] = {
      .calibrate = calibrate_noise,
      .writes_maps = true},
     {.name = "warm-up",
-     .text = "drift since power-on, and when it has settled",
+     .text = "drift since power-on, and the time until it settles",
      .calibrate = calibrate_warm_up,
      .options = "accuracy roi corrected-at",
      .writes_model = true},
     {.name = "fixed-pattern",
-     .text = "an offset of each pixel, and how it grows with the distance",
+     .text = "an offset of each pixel, and its growth with the distance",
      .calibrate = calibrate_fixed_pattern,
      .writes_model = true,
      .writes_maps = true},
@@ -75,13 +75,12 @@ Result calibrate(const Kind& kind, const Request& request) {
     return fmt::format("{:.2f}{}{}", value / errors.scale, errors.unit.empty() ? "" : " ", errors.unit);
   };
   const std::string problem = fmt::format(
-      "the calibration does not improve conditions that were held out: {} left out and predicted from the "
-      "others, {} remain of {}",
+      "the calibration does not improve held-out conditions: {} held out and predicted from the others, {} remain of "
+      "{}",
       errors.left_out, number(errors.after), number(errors.before));
   if (!request.force)
     throw std::runtime_error(
-        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}{}\n  --force writes it "
-                    "all the same",
+        fmt::format("calibrate {}: {}; nothing was written\n  likely causes: {}{}\n  --force writes it anyway",
                     kind.name, problem, errors.causes, errors.used));
   result.notes.insert(result.notes.begin(), fmt::format("{}; likely causes: {}", problem, errors.causes));
   return result;

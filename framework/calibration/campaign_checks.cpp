@@ -97,7 +97,7 @@ void CampaignChecks::check_entries(const std::vector<ConditionEvidence>& evidenc
     const io::Condition& c = data.conditions[one.condition];
     config::Position at = c.place(one.key());
     at.column = std::max<std::size_t>(at.column, 1);
-    diagnostics.error(at, fmt::format("condition '{}': {}", c.id, one.text), "correct it, or leave the condition out");
+    diagnostics.error(at, fmt::format("condition '{}': {}", c.id, one.text), "correct it, or remove the condition");
   }
 }
 
@@ -114,7 +114,7 @@ void CampaignChecks::check_cameras(const std::vector<ConditionEvidence>& evidenc
       diagnostics.error(place_of(e.condition),
                         fmt::format("the capture is of the camera '{}', {} others are of '{}'", e.camera, usual->second,
                                     usual->first),
-                        "a calibration is of one camera: make a campaign for each");
+                        "a calibration is for one camera: make a campaign for each");
   }
 }
 

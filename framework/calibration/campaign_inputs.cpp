@@ -124,7 +124,7 @@ void refuse_duplicates(const io::Campaign& campaign) {
       diagnostics.error(place_of(c),
                         fmt::format("the frames of {} are those of the condition '{}', line {}, too",
                                     c.capture.filename().string(), other->id, other->at.line),
-                        "leave one out: the same frames twice would seem twice as certain");
+                        "remove one: using the same frames twice makes the result seem more certain than it is");
       break;
     }
     others.push_back(&c);
@@ -152,7 +152,7 @@ std::string used_of(const Boards& boards) {
   if (boards.unusable.pixels > 0)
     text += fmt::format(", {} of {} pixels in all", boards.unusable.pixels - boards.unusable.total(),
                         boards.unusable.pixels);
-  if (boards.unusable.total() > 0) text += fmt::format("\n  pixels left out: {}", boards.unusable.described());
+  if (boards.unusable.total() > 0) text += fmt::format("\n  pixels excluded: {}", boards.unusable.described());
   for (const std::string& note : boards.notes) text += "\n  " + note;
   return text;
 }

@@ -228,7 +228,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
     data.campaign.boards = read_boards(campaign, request.campaign.variant, options);
     pattern_square = reader.finish();
     if (data.conditions.empty())
-      throw config::ConfigurationError(fmt::format("{}: error: no condition is left\n  {}", file,
+      throw config::ConfigurationError(fmt::format("{}: error: no usable condition\n  {}", file,
                                                    data.campaign.boards.notes.empty()
                                                        ? "it needs boards at known distances"
                                                        : sentence_of(data.campaign.boards.notes)));
@@ -278,7 +278,7 @@ std::string summary_of(const Characterisation& data) {
   if (std::isfinite(data.total_by_distance.low))
     interval = fmt::format(" (95 % over distances: {:.2f} to {:.2f} mm)", data.total_by_distance.low * 1e3,
                            data.total_by_distance.high * 1e3);
-  return fmt::format("{}\nerror of a pixel's depth in one frame: {} rms{}: {}", described(data.campaign.boards),
+  return fmt::format("{}\ndepth error of a pixel in one frame: {} rms{}: {}", described(data.campaign.boards),
                      mm(data.total), interval, parts);
 }
 

@@ -90,19 +90,19 @@ void set_budget(Characterisation& data, double pattern_square) {
   errors.solve();
   data.total = std::sqrt(square);
   data.total_by_distance = interval_of(totals);
-  data.budget = {{"noise", "of a frame, from frame to frame", noise_known ? std::sqrt(noise) : unknown},
+  data.budget = {{"noise", "noise of a frame, from frame to frame", noise_known ? std::sqrt(noise) : unknown},
                  {"mean error", "the same for all boards: a constant offset", std::abs(errors.mean())},
                  {"distance", "mean error by the board's distance: wiggling and the like", errors.part(0)},
                  {"integration time", "mean error by the integration time", errors.part(1)},
                  {"target", "mean error by the target's reflectivity", errors.part(2)},
                  {"sources", "mean error by the sources that are on", errors.part(3)},
-                 {"both together", "mean errors that are no sum of these", errors.left()},
-                 {"fixed pattern", "of the pixels, the same in all conditions", std::sqrt(pattern_square)},
-                 {"other shape", "over the image, another one in each condition: lens, stray light, tilt",
+                 {"both together", "mean errors that are not a sum of these", errors.left()},
+                 {"fixed pattern", "pattern of the pixels, the same in all conditions", std::sqrt(pattern_square)},
+                 {"other shape", "shape over the image, different in each condition: lens, stray light, tilt",
                   std::sqrt(std::max(spread - (std::isfinite(pattern_square) ? pattern_square : 0), 0.0))}};
   if (!noise_known)
     data.campaign.boards.notes.emplace_back(
-        "single frames do not tell the noise: where it is not known it is counted as another shape");
+        "single frames do not determine the noise: where it is unknown it is counted as shape over the image");
 }
 
 namespace {

@@ -111,7 +111,7 @@ class CharacterisationReport {
          draw({"measured minus true depth", "integration time, ms", "mm", time_of, distance_of, {{"", error}}, true}),
          draw({"noise of a frame", "true depth, m", "mm", distance_of, time_of, {{"", noise}}}),
          draw({"noise of a frame", "integration time, ms", "mm", time_of, distance_of, {{"", noise}}, true})},
-        "Means over the board; modelled: (6.1), depth: by the optimized bistatic model. One line a target, at the "
+        "Means over the board; modelled: (6.1), depth: by the optimized bistatic model. One line per target, at the "
         "integration time, or distance, at which it was measured most.");
   }
 
@@ -171,7 +171,7 @@ class CharacterisationReport {
                 rows);
     page_.paragraph(
         "Mean / standard deviation over the pixels, mm, frames averaged; of each distance the condition with the least "
-        "RMSE. Distances are half paths, the others depths. The simple bistatic model is told the true depth. As in "
+        "RMSE. Distances are half paths, the others depths. The simple bistatic model is given the true depth. As in "
         "tables 5.1 to 5.3 of the reference.");
   }
 
@@ -228,12 +228,11 @@ class CharacterisationReport {
                           residual));
     }
     page_.figures(plots,
-                  "Depth by the optimized bistatic model minus true depth, frames averaged; the mean, which is in the "
-                  "title, is taken out.");
-    page_.figures(
-        std::vector<std::string>{map("mean over all conditions", data_.pattern)},
-        "What a pixel is off beside its board, mean over all conditions: the fixed pattern, and what the noise "
-        "left of it. tofgraph calibrate fixed-pattern makes a map of it.");
+                  "Depth by the optimized bistatic model minus true depth, frames averaged; the mean, given in the "
+                  "title, is subtracted.");
+    page_.figures(std::vector<std::string>{map("mean over all conditions", data_.pattern)},
+                  "Error of each pixel relative to its board, mean over all conditions: the fixed pattern, and the "
+                  "remaining noise. tofgraph calibrate fixed-pattern makes a map of it.");
   }
 
   void protocol() {
@@ -248,38 +247,36 @@ class CharacterisationReport {
         rows.push_back({c.board.condition.id, mm(c.board.distance, 0), fmt::format("{:.3g}", time_of(c)),
                         mm(c.centre_error), mm(c.noise)});
     }
-    page_.paragraph(
-        fmt::format("{:.0f} min after power-on, a target of 90 % reflectivity ({:.0f} to {:.0f} %), the {} x {} px in "
-                    "the middle, {} "
-                    "frames: mean depth minus true depth, and the standard deviation of a pixel from frame to frame.",
-                    p.warm_up / 60, 100 * p.reflectivity[0], 100 * p.reflectivity[1], p.side, p.side, p.frames));
+    page_.paragraph(fmt::format(
+        "{:.0f} min after power-on, a target of 90 % reflectivity ({:.0f} to {:.0f} %), the {} x {} px in the middle, "
+        "{} frames: mean depth minus true depth, and the standard deviation of a pixel from frame to frame.",
+        p.warm_up / 60, 100 * p.reflectivity[0], 100 * p.reflectivity[1], p.side, p.side, p.frames));
     if (!rows.empty())
       page_.table(Row{"condition", "true depth, mm", "integration time, ms", "accuracy, mm", "precision, mm"}, rows);
     std::vector<std::string> reasons;
     for (const auto& [problem, count] : against) reasons.push_back(fmt::format("{} ({})", problem, count));
     if (!reasons.empty())
       page_.paragraph(fmt::format("{}; against the protocol, with the number of conditions: {}.",
-                                  rows.empty() ? "No condition follows it" : "Other conditions do not follow it",
+                                  rows.empty() ? "No condition meets it" : "Other conditions do not meet it",
                                   fmt::join(reasons, ", ")));
   }
 
   void budget() {
-    page_.heading("Where the error comes from");
+    page_.heading("Sources of the error");
     std::vector<Row> rows;
     for (const BudgetLine& line : data_.budget) rows.push_back({line.name, line.text, mm(line.depth)});
     rows.push_back({"all together", "", mm(data_.total)});
-    page_.table(Row{"part", "what it is", "depth, mm rms"}, rows);
+    page_.table(Row{"part", "description", "depth, mm rms"}, rows);
     page_.paragraph(
         "Root mean square of a pixel's depth in one frame minus true depth, over all pixels and conditions, and its "
-        "parts. "
-        "Parts by distance, integration time, target and sources are means of the conditions with that level: with few "
-        "levels noise and other parts are in them.");
+        "parts. Parts by distance, integration time, target and sources are means of the conditions with that level: "
+        "with few levels noise and other parts are in them.");
     if (data_.effects.empty())
-      return page_.paragraph("With --model MODEL.yaml the same is told for each effect of a model of the camera.");
+      return page_.paragraph("With --model MODEL.yaml the same is listed for each effect of a model of the camera.");
     rows.clear();
     for (const BudgetLine& line : data_.effects) rows.push_back({line.name, mm(line.depth)});
     page_.table(Row{"effect of the model", "depth, mm rms"}, rows);
-    page_.paragraph("What changes in the depth of these boards when the effect alone is left out of the model.");
+    page_.paragraph("Change of the depth of these boards if only this effect is removed from the model.");
   }
 
   const Characterisation& data_;

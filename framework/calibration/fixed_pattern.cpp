@@ -85,7 +85,7 @@ std::string file_text(const Request& request, const PatternData& data, const Pat
 std::string model_text(const Request& request, const PatternData& data, const PatternFit& fit) {
   const std::string file = maps_of(request.output).filename().string();
   std::string text = model_head(request, data.campaign.conditions, data.campaign.boards.serial);
-  if (!helps(fit)) return text + "effects: []  # no pattern that helps at a distance that was left out\n";
+  if (!helps(fit)) return text + "effects: []  # no pattern that improves a held-out distance\n";
   text += "effects:\n  - effect: fixed_pattern\n    scale: 1\n";
   text += fmt::format("    map: {{file: {}, dataset: map}}\n", config::yaml_word(file));
   if (fit.has_slope) text += fmt::format("    slope_map: {{file: {}, dataset: slope_map}}\n", config::yaml_word(file));
@@ -98,13 +98,13 @@ std::vector<std::string> summary_of(const PatternData& data, const PatternFit& f
                   rms_of(fit.map, fit.map_sd) * 1e3, rms_of(fit.map_sd, fit.map_sd) * 1e3),
       fit.has_slope ? fmt::format("it grows with the distance: {:.2f} mm/m rms, each pixel +- {:.2f} mm/m",
                                   rms_of(fit.slope, fit.slope_sd) * 1e3, rms_of(fit.slope_sd, fit.slope_sd) * 1e3)
-      : std::isfinite(fit.slope_evidence) ? "it does not grow with the distance, as far as these boards tell"
-                                          : "whether it grows with the distance is not known",
+      : std::isfinite(fit.slope_evidence) ? "these boards show no growth with the distance"
+                                          : "its growth with the distance is unknown",
       fmt::format("the board: {}{:.2f} mm between its highest and its lowest point",
-                  is_flat(fit) ? "flat, as far as these views tell; " : "", warp_of(data, fit) * 1e3)};
+                  is_flat(fit) ? "flat within the accuracy of these views; " : "", warp_of(data, fit) * 1e3)};
   if (std::isfinite(fit.after.value))
     lines.push_back(
-        fmt::format("one distance left out: {:.2f} mm rms remain of {:.2f} mm (95 %: {:.2f} to {:.2f} mm), of which "
+        fmt::format("one distance held out: {:.2f} mm rms remain of {:.2f} mm (95 %: {:.2f} to {:.2f} mm), of which "
                     "noise is {:.2f} mm",
                     fit.after.value * 1e3, fit.before.value * 1e3, fit.after.low * 1e3, fit.after.high * 1e3,
                     fit.noise_floor * 1e3));
@@ -114,23 +114,23 @@ std::vector<std::string> summary_of(const PatternData& data, const PatternFit& f
 std::vector<std::string> notes_of(const PatternData& data, const PatternFit& fit) {
   std::vector<std::string> notes = data.campaign.boards.notes;
   if (const std::size_t n = unknown_pixels(fit); n > 0)
-    notes.push_back(fmt::format("{} pixel{} seen too seldom: in the maps 0, with a standard deviation of NaN", n,
+    notes.push_back(fmt::format("{} pixel{} seen too rarely: in the maps 0, with a standard deviation of NaN", n,
                                 n == 1 ? " was" : "s were"));
-  if (!helps(fit)) notes.emplace_back("the model has no effect, the maps are what was found");
+  if (!helps(fit)) notes.emplace_back("the model has no effect, the maps hold the estimate");
   if (!std::isfinite(fit.after.value))
-    notes.emplace_back("with fewer than three distances none can be left out: the pattern was not judged");
+    notes.emplace_back("with fewer than three distances none can be held out: the pattern was not validated");
   if (rms_of(fit.map_sd, fit.map_sd) > rms_of(fit.map, fit.map_sd) / 2)
     notes.emplace_back(
         "the pattern is hardly larger than its own uncertainty: record more frames, distances and rolls");
   constexpr double much = 1.2;
   if (data.noise_known && fit.misfit > much)
     notes.push_back(
-        fmt::format("what is left is {:.2f} times the noise: something else than a pattern of the pixels is in these "
-                    "distances; the "
-                    "standard deviations allow for it",
+        fmt::format("the residual is {:.2f} times the noise: these distances contain errors other than a pattern of "
+                    "the pixels; the standard deviations allow for it",
                     fit.misfit));
   if (!data.noise_known)
-    notes.emplace_back("single frames do not tell the noise: the standard deviations are from what the fit leaves");
+    notes.emplace_back(
+        "single frames do not determine the noise: the standard deviations follow from the residuals of the fit");
   return notes;
 }
 
@@ -142,7 +142,7 @@ std::string divergence_of(const PatternData& data, const PatternFit& fit) {
   if (!(rms <= max_spreads * fit.input_spread))
     return fmt::format(
         "the fit diverged: a pattern of {:.2f} mm rms from images whose pixels differ by {:.2f} mm (robust standard "
-        "deviation); are distances and rolls those of the captures?",
+        "deviation); do the distances and rolls match the captures?",
         rms * 1e3, fit.input_spread * 1e3);
   if (!fit.settled || fit.restart_difference > std::max(max_restart * rms, known_to))
     return fmt::format(
@@ -153,8 +153,7 @@ std::string divergence_of(const PatternData& data, const PatternFit& fit) {
     if (std::abs(fit.poses[v].z) > pattern::max_deviations * pattern::max_jitter.z)
       return fmt::format(
           "the board of the condition '{}' seems to be displaced by {:.0f} mm against the others, more than {:.0f} mm: "
-          "is "
-          "its distance right?",
+          "is its distance right?",
           data.campaign.conditions.conditions[data.views[v].condition].id, fit.poses[v].z * 1e3,
           pattern::max_deviations * pattern::max_jitter.z * 1e3);
   }

@@ -62,16 +62,16 @@ void check_enough(const Request& request, PatternData& data) {
   }
   if (distances.size() * rolls.size() < 2)
     throw config::ConfigurationError(fmt::format(
-        "{}: error: {} at one distance and one roll: what belongs to the board cannot be told from what belongs to the "
+        "{}: error: {} at one distance and one roll: errors of the board cannot be distinguished from errors of the "
         "pixels\n  record the board at three distances or more, and with the camera rolled, e.g. roll: 90 deg{}",
         request.campaign.string(), data.views.size() == 1 ? "one condition" : "all conditions are",
         used_of(data.campaign.boards)));
   if (rolls.size() < 2)
     notes.emplace_back(
-        "every condition has the same roll: a board that is not flat or not square to the camera is told from the "
-        "pattern by its distances alone");
+        "every condition has the same roll: a board that is not flat or not square to the camera can be distinguished "
+        "from the pattern by its distances alone");
   if (distances.size() < 3)
-    notes.push_back(fmt::format("{} distance{}: whether the pattern grows with the distance cannot be told",
+    notes.push_back(fmt::format("{} distance{}: a growth of the pattern with the distance cannot be determined",
                                 distances.size(), distances.size() == 1 ? "" : "s"));
 }
 
@@ -112,8 +112,8 @@ PatternData read_pattern(const Request& request) {
   std::ranges::sort(data.views, {}, &PatternView::condition);
   if (data.views.empty())
     throw config::ConfigurationError(
-        fmt::format("{}: error: no condition is left\n  it needs boards at known distances{}",
-                    request.campaign.string(), used_of(data.campaign.boards)));
+        fmt::format("{}: error: no usable condition\n  it needs boards at known distances{}", request.campaign.string(),
+                    used_of(data.campaign.boards)));
   check_enough(request, data);
   data.extent = 0;
   for (const PatternView& v : data.views) {

@@ -33,10 +33,9 @@ class FixedPatternReport {
     std::vector<std::string> plots = {map("offset of each pixel", "mm", fit_.map, fit_.map_sd, true),
                                       map("its standard deviation", "mm", fit_.map_sd, fit_.map_sd, false)};
     if (fit_.has_slope) plots.push_back(map("growth with the distance", "mm/m", fit_.slope, fit_.slope_sd, true));
-    page_.figures(
-        plots,
-        "Added to the half path at 2 m; the mean over the pixels is 0, as it cannot be told from an offset of "
-        "the whole camera. Grey: seen too seldom.");
+    page_.figures(plots,
+                  "Added to the half path at 2 m; the mean over the pixels is 0, as it cannot be distinguished from an "
+                  "offset of the whole camera. Grey: seen too rarely.");
     parts();
     left_out();
     boards();
@@ -80,21 +79,21 @@ class FixedPatternReport {
     report::Curves plot{.title = "mean offset of columns and rows", .x_label = "column or row, px", .y_label = "mm"};
     plot.curves = {means("columns", 0), means("rows", 1)};
     page_.figures(std::vector<std::string>{report::curves(plot, 640, 300)},
-                  "Sensors are addressed by rows and read by columns: steps here are theirs.");
+                  "Sensors are addressed by rows and read by columns, which causes steps here.");
   }
 
   void left_out() {
-    page_.heading("Boards that were left out");
+    page_.heading("Held-out boards");
     if (!std::isfinite(fit_.after.value))
-      return page_.paragraph("With fewer than three distances none can be left out and predicted.");
+      return page_.paragraph("With fewer than three distances none can be held out and predicted.");
     page_.table(
-        Row{"one distance left out", "before, mm (95 % interval)", "after, mm (95 % interval)", "noise alone, mm"},
+        Row{"one distance held out", "before, mm (95 % interval)", "after, mm (95 % interval)", "noise alone, mm"},
         std::vector<Row>{{"root mean square over the pixels", interval_mm(fit_.before), interval_mm(fit_.after),
                           mm(fit_.noise_floor)}});
     page_.paragraph(
         "Measured distance minus the model of the board, without its own offset, place and tilt, the board's shape and "
-        "the error that follows the distance: before and after the pattern, which was found without this distance, was "
-        "subtracted. Frames were averaged: noise alone is that of the average.");
+        "the error that depends on the distance: before and after subtracting the pattern, which was estimated without "
+        "this distance. Frames were averaged: noise alone is the noise of the average.");
   }
 
   void boards() {
@@ -115,7 +114,7 @@ class FixedPatternReport {
                        .x_label = fmt::format("x, {:.0f} mm a step", 2e3 * data_.extent / (side - 1)),
                        .y_label = "y"},
                       360, 320)},
-                  "How far the surface is behind its plane, in the board's own axes.");
+                  "Depth of the surface behind its plane, in the board's own axes.");
     std::vector<Row> rows;
     for (std::size_t v = 0; v < data_.views.size(); ++v) {
       const io::Condition& c = data_.campaign.conditions.conditions[data_.views[v].condition];
@@ -127,16 +126,15 @@ class FixedPatternReport {
                     "tilt_x, mrad", "tilt_y, mrad"},
                 rows);
     page_.paragraph(
-        fmt::format("Where the boards stood beside where the campaign says: displacements scatter by {} mm and tilts "
-                    "by {} mrad. A displacement of all boards cannot be told from the pattern: the mean of the "
-                    "displacements is 0. The offset of all pixels is the business of the calibration offset.",
+        fmt::format("Positions of the boards relative to the campaign: displacements scatter by {} mm and tilts "
+                    "by {} mrad. A displacement of all boards cannot be distinguished from the pattern: the mean of "
+                    "the displacements is 0. The offset of all pixels is determined by the calibration offset.",
                     mm(fit_.jitter.z), mm(fit_.jitter.tilt_x)));
     page_.paragraph(fmt::format(
         "Priors, standard deviations: displacements at most {:.0f} mm, tilts at most {:.0f} mrad, both estimated from "
-        "the data; the board's shape {:.0f} mm; an error that follows the distance, as wiggling does, {}. It was found "
-        "as {}. Two starts of the estimate gave maps that differ by {} mm; the pixels of a view differ by {} mm "
-        "(robust "
-        "standard deviation).",
+        "the data; the board's shape {:.0f} mm; an error that depends on the distance, as wiggling does, {}. It was "
+        "estimated as {}. Two starts of the estimate gave maps that differ by {} mm; the pixels of a view differ by {} "
+        "mm (robust standard deviation).",
         pattern::max_jitter.z * 1e3, pattern::max_jitter.tilt_x * 1e3, pattern::loose_shape * 1e3, wave_priors(),
         waves(), mm(fit_.restart_difference, 4), mm(fit_.input_spread)));
   }

@@ -127,9 +127,10 @@ void check_exposures(const io::CaptureReader& capture) {
   for (const io::CaptureChannel& channel : capture.channels()) {
     if (channel.name != "taps" && channel.name != "phases") continue;
     if (channel.extent[0] != physics::four_exposures.size())
-      throw std::runtime_error(fmt::format(
-          "has {} exposures a frame: a calibration needs four steps of 90 deg of one frequency, or recorded distances",
-          channel.extent[0]));
+      throw std::runtime_error(
+          fmt::format("has {} exposures per frame: a calibration needs four steps of 90 deg of one frequency, or "
+                      "recorded distances",
+                      channel.extent[0]));
   }
   const physics::Exposures& own = capture.header().exposures;
   const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
@@ -222,7 +223,7 @@ void complete(io::Condition& condition, const io::CaptureReader& capture, const 
   }
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
   if (std::isnan(condition.integration_time))
-    throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
   if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
   const double frequency = first.modulation_frequency;
   if (std::isfinite(frequency) && std::abs(frequency / camera.modulation_frequency - 1) > 1e-3)
@@ -243,7 +244,7 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
   const std::size_t first = condition.frames ? (*condition.frames)[0] : 0;
   const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
   if (last >= capture.frames())
-    throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+    throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", capture.frames(), last));
   return {first, last};
 }
 

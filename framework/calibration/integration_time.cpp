@@ -19,20 +19,21 @@ void check_enough(const Request& request, const Campaign& campaign, const Integr
   const auto refuse = [&](const std::string& what, const std::string& hint) {
     throw config::ConfigurationError(fmt::format("{}: error: {}\n  {}", request.campaign.string(), what, hint));
   };
-  if (campaign.boards.boards.empty()) refuse("no condition is left", "it needs boards at known distances");
+  if (campaign.boards.boards.empty()) refuse("no usable condition", "it needs boards at known distances");
   if (campaign.boards.boards.size() == 1)
-    refuse("there is a single condition", "which time is best shows only among several: record the board at some more");
+    refuse("there is a single condition",
+           "the best time can only be found among several: record the board at more times");
   if (times.wanted.empty())
-    refuse(fmt::format("no board stands between {} and {}", format_quantity((*request.range)[0], "m"),
+    refuse(fmt::format("no board is between {} and {}", format_quantity((*request.range)[0], "m"),
                        format_quantity((*request.range)[1], "m")),
-           fmt::format("the boards stand from {} to {}", format_quantity(times.places.front().distance, "m"),
+           fmt::format("the boards are from {} to {}", format_quantity(times.places.front().distance, "m"),
                        format_quantity(times.places.back().distance, "m")));
 }
 
 /// Lines, one per target, with the single integration time measured at each distance, for tables of published optima
 /// that contain no others.
 std::vector<std::string> given_times(const Boards& boards, const IntegrationTimes& times) {
-  std::vector<std::string> lines = {"the optimum is the one integration time that each target and distance has here"};
+  std::vector<std::string> lines = {"the only integration time of each target and distance is taken as the optimum"};
   std::map<std::size_t, std::vector<std::string>> by_target;
   for (const Place* place : times.wanted) {
     if (place->best != nullptr)
@@ -135,7 +136,7 @@ Result calibrate_integration_time(const Request& request) {
                                     .unit = "times the least RMSE",
                                     .scale = 1,
                                     .causes =
-                                        "best times that scatter, as of few frames; a wrong distance or "
+                                        "best times that scatter because of few frames; a wrong distance or "
                                         "integration time of a condition; saturation",
                                     .used = used_of(campaign.boards),
                                     .tolerance = 0.05};

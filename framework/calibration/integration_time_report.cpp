@@ -102,7 +102,7 @@ void add_places(report::Page& page, const Boards& boards, const IntegrationTimes
   page.paragraph(
       "RMSE: of the offset-corrected against the modelled distance (6.7), over the pixels of the averaged frames. "
       "Noise: of a pixel's distance in one frame. The last two columns are limits by the camera's profile, for a "
-      "surface of the target's reflectivity; '-' where the profile or the campaign does not tell.");
+      "surface of the target's reflectivity; '-' if they do not follow from the profile and the campaign.");
 }
 
 }  // namespace
@@ -117,14 +117,13 @@ report::Page integration_time_report(const Campaign& campaign, const Integration
   page.figures(std::vector<std::string>{best_times(boards, times), smallest_errors(boards, times)},
                "The time with the least RMSE among those with at most 1 % of the pixels saturated.");
   if (times.compares)
-    page.figures(
-        maps(boards, times),
-        "Colours by the logarithm. Grey: not measured, too little light, or saturated: a tap was full, or by the "
-        "profile's full well would be where the captures do not show it (phases, distances).");
+    page.figures(maps(boards, times),
+                 "Colours by the logarithm. Grey: not measured, too little light, or saturated: a tap was full, or "
+                 "would be by the profile's full well if the captures do not show it (phases, distances).");
   else
     page.paragraph(
-        "Each target and distance has one integration time here, as in a table of published optima: it stands as the "
-        "optimum, and no other says how much worse it would be.");
+        "Each target and distance has one integration time here, as in a table of published optima: it is taken as the "
+        "optimum, and there are no other times to compare with.");
   if (!times.several.empty()) {
     page.heading("Several integration times");
     std::vector<Row> rows;

@@ -120,9 +120,8 @@ std::string square_problem(const LensSolution& corners, const Observations& obse
   if (!(std::abs(factor - 1) > (scale_known ? max_scale : max_offset))) return {};
   return fmt::format(
       "the measured distances grow {:.2f} times as much as the board's size gives ({:.0f} mm for {:.0f} mm): is the "
-      "size of "
-      "the squares right? Squares of {} would fit the distances, the campaign says {}; the lens does not depend on it, "
-      "distances and poses do",
+      "size of the squares right? Squares of {} would fit the distances, the campaign states {}; the lens does not "
+      "depend on it, distances and poses do",
       factor, mean * 1e3, expected * 1e3, config::format_quantity(std::round(square * factor * 1e3) / 1e3, "m"),
       config::format_quantity(square, "m"));
 }

@@ -135,12 +135,12 @@ class Views {
 /// Adds a note for all views with pixels that differ from their neighbours, or are bad in the profile's map.
 void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, std::vector<std::string>& notes) {
   const auto mapped = std::ranges::count_if(campaign.camera->bad_pixels, [](std::uint8_t bad) { return bad != 0; });
-  if (mapped > 0) notes.push_back(fmt::format("{} pixels are left out: bad in the profile's map", mapped));
+  if (mapped > 0) notes.push_back(fmt::format("{} pixels are excluded: bad in the profile's map", mapped));
   const auto worst = std::ranges::max_element(reads, {}, [](const Read& r) { return r.images.isolated; });
   if (worst == reads.end() || worst->images.isolated == 0) return;
-  notes.push_back(
-      fmt::format("isolated pixels, unlike their neighbours by a factor of 3, are left out: at most {}, in {}",
-                  worst->images.isolated, campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
+  notes.push_back(fmt::format(
+      "isolated pixels, which differ from their neighbours by a factor of 3, are excluded: at most {}, in {}",
+      worst->images.isolated, campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
 }
 
 /// Reports captures of a camera other than the campaign's.
@@ -150,7 +150,7 @@ void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& se
     if (!is_foreign(seen[i], campaign)) continue;
     diagnostics.error(place_of(campaign.conditions[i]),
                       fmt::format("the capture is of the camera '{}', the campaign's is '{}'", seen[i].camera, name),
-                      fmt::format("`camera: {}` would fit; a calibration is of one camera: make a campaign for each",
+                      fmt::format("`camera: {}` would fit; a calibration is for one camera: make a campaign for each",
                                   seen[i].camera));
   }
 }

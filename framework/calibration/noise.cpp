@@ -62,7 +62,7 @@ std::string summary_of(const NoiseData& data, const NoiseFit& fit) {
                   std::isfinite(gain) ? fmt::format(" ({:.4g} e per count)", gain) : "")};
   if (std::isfinite(fit.held_out.value))
     lines.push_back(fmt::format(
-        "the distance's noise against sigma, {} left out: {:.3f} times{}",
+        "the distance's noise relative to sigma, {} held out: {:.3f} times{}",
         fit.left_out == "condition" ? "one condition" : "one integration time", fit.held_out.value,
         std::isfinite(fit.held_out.low) ? fmt::format(" (95 %: {:.3f} to {:.3f})", fit.held_out.low, fit.held_out.high)
                                         : ""));
@@ -89,18 +89,19 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
   std::size_t unseen = 0;
   for (std::size_t i = 0; i < fit.ratio.size(); ++i) unseen += std::isnan(fit.ratio[i]) && fit.bad[i] == 0 ? 1 : 0;
   if (unseen > 0)
-    notes.push_back(fmt::format("{} of {} pixels were never valid, lit and unsaturated: nothing is known of them",
+    notes.push_back(fmt::format("{} of {} pixels were never valid, lit and unsaturated: they could not be evaluated",
                                 unseen, fit.ratio.size()));
   if (!fit.response_judged)
     notes.emplace_back(
         "pixels with another response than their neighbours show on flat boards only, in three conditions or more: "
-        "they were not looked for");
+        "they were not searched for");
   if (std::ranges::none_of(data.conditions, &NoiseCondition::flat))
-    notes.emplace_back("no condition shows a flat board alone: dead pixels were not looked for");
+    notes.emplace_back("no condition shows a flat board alone: dead pixels were not searched for");
   if (!std::isfinite(fit.held_out.value))
-    notes.emplace_back("no condition could be left out and predicted by the others: sigma was not tried on other data");
+    notes.emplace_back(
+        "no condition could be held out and predicted by the others: sigma was not validated on other data");
   if (fit.noise.read_noise == 0)
-    notes.emplace_back("the read noise cannot be seen beside the shot noise: it is taken as 0");
+    notes.emplace_back("the read noise is too small to be determined beside the shot noise: it is taken as 0");
 }
 
 /// Errors of sigma in held-out conditions. If they exceed 5 %, the calibration must predict the noise better than the
@@ -125,9 +126,9 @@ std::vector<double> as_values(const std::vector<std::uint8_t>& bits) { return {b
 Result calibrate_noise(const Request& request) {
   const io::Campaign campaign = read_conditions(request);
   if (campaign.from_table)
-    throw config::ConfigurationError(
-        fmt::format("{}: error: a table holds statistics, the noise shows in frames\n  give conditions with captures",
-                    request.campaign.string()));
+    throw config::ConfigurationError(fmt::format(
+        "{}: error: a table holds statistics, but the noise is determined from frames\n  give conditions with captures",
+        request.campaign.string()));
   refuse_duplicates(campaign);
   const NoiseData data = read_noise(campaign, [&](double share) {
     if (request.progress) request.progress(0.8 * share, "reading the campaign");
@@ -153,9 +154,8 @@ Result calibrate_noise(const Request& request) {
   add_notes(data, fit, result.notes);
   if (std::ranges::any_of(fit.bad, [](std::uint8_t bits) { return bits != 0; }))
     result.notes.push_back(
-        fmt::format("to leave the bad pixels out everywhere, add the calibration to the camera's folder (tofgraph "
-                    "camera add), or put "
-                    "this into the profile: bad_pixels: {{file: {}, dataset: bad}}",
+        fmt::format("to exclude the bad pixels everywhere, add the calibration to the camera's folder (tofgraph camera "
+                    "add), or put this into the profile: bad_pixels: {{file: {}, dataset: bad}}",
                     maps_of(request.output).filename().string()));
   std::vector<std::string> lines;
   for (std::size_t begin = 0; begin < result.summary.size();) {

@@ -95,8 +95,8 @@ void check_levels(const NoiseData& data, const std::vector<std::uint8_t>& bad, N
   }
   if (levels.empty())
     throw config::ConfigurationError(
-        "no pixel was valid, lit and unsaturated in every frame of a condition\n  the noise needs frames of something "
-        "that stands still, two or more of each condition");
+        "no pixel was valid, lit and unsaturated in every frame of a condition\n  the noise needs frames of a static "
+        "scene, two or more of each condition");
   const auto at = [&](double share) {
     const auto place = levels.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(levels.size() - 1));
     std::ranges::nth_element(levels, place);
@@ -113,8 +113,8 @@ void check_levels(const NoiseData& data, const std::vector<std::uint8_t>& bad, N
   fit.max_level = high;
   if (high / low < min_level_ratio)
     throw config::ConfigurationError(
-        fmt::format("the light hardly differs: the taps hold {:.4g} to {:.4g} counts\n  read and shot noise cannot be "
-                    "told apart: record at several integration times or distances",
+        fmt::format("the light hardly varies: the taps hold {:.4g} to {:.4g} counts\n  read and shot noise cannot be "
+                    "separated: record at several integration times or distances",
                     low, high));
 }
 

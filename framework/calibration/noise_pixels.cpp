@@ -112,13 +112,14 @@ void mark_hot(const NoiseData& data, const NoiseCondition& darkest, const std::v
 
 std::span<const BadPixelReason> bad_pixel_reasons() {
   static constexpr BadPixelReason reasons[] = {
-      {bad_dead, "dead", "less than a quarter of its neighbours' light on flat boards, or never a number"},
+      {bad_dead, "dead", "less than a quarter of its neighbours' light on flat boards, or never a valid number"},
       {bad_stuck, "stuck", "less than half of the fitted noise, or a tap that never changes"},
       {bad_noisy, "noisy", "more than 1.25 times the fitted noise"},
-      {bad_hot, "hot", "more than 1.5 times its neighbours' counts where there is least light, or always full"},
+      {bad_hot, "hot", "more than 1.5 times its neighbours' counts in the darkest condition, or always saturated"},
       {bad_modulation, "without modulation", "less than half of its neighbours' ratio of amplitude to light"},
-      {bad_response, "with another response", "20 % or more from its neighbours' light, in three flat boards or more"},
-      {bad_listed, "listed before", "in the map that the camera's profile names"}};
+      {bad_response, "with another response",
+       "differs by 20 % or more from its neighbours' light, on three flat boards or more"},
+      {bad_listed, "listed before", "listed in the map of the camera's profile"}};
   return reasons;
 }
 

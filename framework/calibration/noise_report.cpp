@@ -27,7 +27,7 @@ std::string sigma_by_amplitude(const NoiseFit& fit) {
                       .x_label = "amplitude, counts",
                       .y_label = "sigma of a frame, mm",
                       .logarithmic_x = true};
-  report::Curve measured{.name = "measured", .points = true}, predicted{.name = "predicted, level left out"};
+  report::Curve measured{.name = "measured", .points = true}, predicted{.name = "predicted, level held out"};
   for (const SigmaRatio& bin : fit.amplitudes) {
     measured.x.push_back(bin.amplitude);
     measured.y.push_back(bin.measured * 1e3);
@@ -62,8 +62,8 @@ void add_sigma_table(report::Page& page, const NoiseFit& fit) {
              rows);
   page.paragraph(
       "Root mean square over the pixels of a frame's distance noise. Predicted by a fit without this condition's "
-      "level. "
-      "Strength: h = sqrt(2) sigma (7.9), for a denoiser of this scene; strength: auto takes it from each frame.");
+      "level. Strength: h = sqrt(2) sigma (7.9), for a denoiser of this scene; strength: auto takes it from each "
+      "frame.");
 }
 
 void add_reasons(report::Page& page, const NoiseFit& fit) {
@@ -75,8 +75,8 @@ void add_reasons(report::Page& page, const NoiseFit& fit) {
   }
   page.table(Row{"bit", "reason", "pixels", "criterion"}, rows);
   page.paragraph(
-      "Every limit is also at least 6 standard deviations of what good pixels show, so that chance makes less than one "
-      "of 1e9 good pixels with normal noise a bad one by each criterion.");
+      "Every limit is also at least 6 standard deviations of good pixels, so that each criterion rejects less than one "
+      "of 1e9 good pixels with normal noise by chance.");
 }
 
 }  // namespace
@@ -89,13 +89,14 @@ report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, c
   page.paragraph(fmt::format("Camera '{}'{}{}, {} conditions.", campaign.camera->view().name,
                              data.serial.empty() ? "" : ", serial ", data.serial, data.conditions.size()));
   page.heading("Photon transfer");
-  page.figures(std::vector<std::string>{photon_transfer(fit), sigma_by_amplitude(fit)},
-               "Left: half the mean square of what a tap changes from frame to frame, against its level; the straight "
-               "line is read_noise^2 + shot_noise counts. Right: what that makes of the distance, sigma = c / (4 pi f) "
-               "s / (sqrt(2) amplitude), s^2 the variance of A - B.");
+  page.figures(
+      std::vector<std::string>{photon_transfer(fit), sigma_by_amplitude(fit)},
+      "Left: half the mean square of a tap's change from frame to frame, as a function of its level; the straight "
+      "line is read_noise^2 + shot_noise counts. Right: the resulting noise of the distance, sigma = c / (4 pi f) "
+      "s / (sqrt(2) amplitude), s^2 the variance of A - B.");
   page.heading("Each condition");
   if (fit.conditions.empty())
-    page.paragraph("There is a single condition: nothing can be left out and predicted.");
+    page.paragraph("There is a single condition: nothing can be held out and predicted.");
   else
     add_sigma_table(page, fit);
   page.heading("Pixels");
@@ -103,7 +104,7 @@ report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, c
   page.figures(std::vector<std::string>{map_of("noise over the fitted one", data, std::move(ratio), 2),
                                         map_of("bad pixels (sum of the reasons)", data, std::move(bad), 64)},
                "Left: the noise of each pixel over the fitted one. Right: bad pixels. A profile that names the map "
-               "(bad_pixels) leaves them out of all calibrations and pipelines.");
+               "(bad_pixels) excludes them from all calibrations and pipelines.");
   add_reasons(page, fit);
   return page;
 }

@@ -195,8 +195,7 @@ Read read_condition(const io::Condition& written, const tofgraph_camera& camera)
     result.seen = {recording.reader().header().camera, recording.reader().header().serial};
     result.source = source_of(recording.kind());
     if (result.source != NoiseSource::taps && !(camera.contrast > 0))
-      throw std::runtime_error(
-          "has no taps, and the camera's profile no contrast: how much light there was is unknown");
+      throw std::runtime_error("has no taps, and the camera's profile no contrast: the amount of light is unknown");
     complete(condition, recording.reader(), camera);
     const auto frames = frames_of(recording, condition, camera);
     result.condition.frames = frames[1] - frames[0] + 1;
@@ -204,7 +203,7 @@ Read read_condition(const io::Condition& written, const tofgraph_camera& camera)
     result.condition.capped = condition.is_capped();
     result.condition.flat = condition.has_board() && condition.scene.empty() && !condition.is_capped();
     if (result.condition.frames < 2)
-      result.left_out = "it has a single frame: noise shows between frames";
+      result.left_out = "it has a single frame: noise is determined from two or more frames";
     else
       read_frames(recording, frames, condition.roi, camera, result);
   } catch (const std::runtime_error& error) {
@@ -239,7 +238,7 @@ NoiseData read_noise(const io::Campaign& campaign, const std::function<void(doub
   for (std::size_t i = 0; i < n; ++i) {
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake, "");
-    if (!read[i].left_out.empty()) data.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    if (!read[i].left_out.empty()) data.notes.push_back(fmt::format("{}: excluded: {}", c.id, read[i].left_out));
     if (!read[i].mistake.empty() || !read[i].left_out.empty()) continue;
     data.source = std::max(data.source, read[i].source);
     read[i].condition.index = i;

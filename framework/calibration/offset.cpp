@@ -25,10 +25,10 @@ void check_enough(const Request& request, const Boards& boards) {
   };
   std::set<double> distances;
   for (const Board& b : boards.boards) distances.insert(b.distance);
-  if (boards.boards.empty()) refuse("no condition is left");
+  if (boards.boards.empty()) refuse("no usable condition");
   if (boards.boards.size() == 1) refuse("there is a single condition");
   if (distances.size() == 1)
-    refuse(fmt::format("all boards stand at {}", config::format_quantity(*distances.begin(), "m")));
+    refuse(fmt::format("all boards are at {}", config::format_quantity(*distances.begin(), "m")));
 }
 
 /// Writes the measurement of each condition, for users and other programs.
@@ -67,12 +67,12 @@ void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& wri
 
 /// Accuracy of the calibration, one line per axis.
 std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
-  if (axes.empty()) return {"too few levels to judge the calibration by what was left out"};
+  if (axes.empty()) return {"too few levels to validate the calibration on held-out conditions"};
   std::vector<std::string> lines;
   for (const HeldOut& axis : axes) {
     std::string name = axis.axis;
     std::ranges::replace(name, '_', ' ');
-    std::string line = fmt::format("each {} left out and predicted from the others: {:.1f} mm remain of {:.1f} mm",
+    std::string line = fmt::format("each {} held out and predicted from the others: {:.1f} mm remain of {:.1f} mm",
                                    name, axis.after.value * 1e3, axis.before.value * 1e3);
     if (axis.levels > 1)
       line += fmt::format(" (95 %: {:.1f} to {:.1f} mm, {} levels)", axis.after.low * 1e3, axis.after.high * 1e3,
@@ -100,7 +100,7 @@ void judge_places(const Request& request, const Boards& boards, const tofgraph_c
       notes.push_back(text);
     else
       diagnostics.error(board.condition.place("distance"), text,
-                        "correct it, or leave the condition out; --force calibrates with it");
+                        "correct it, or remove the condition; --force calibrates with it");
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
@@ -122,10 +122,10 @@ void judge(const std::vector<HeldOut>& axes, Result& result) {
           "wrong distance, target or integration time of a condition, boards that were corrected already"};
   for (std::size_t i = 1; i < axes.size(); ++i) {
     if (axes[i].after.value >= axes[i].before.value)
-      result.notes.push_back(fmt::format(
-          "{} left out and predicted from the others, {:.1f} mm remain of {:.1f} mm: the calibration does not help "
-          "between those that were measured; measure more of them",
-          words(axes[i]), axes[i].after.value * 1e3, axes[i].before.value * 1e3));
+      result.notes.push_back(
+          fmt::format("{} held out and predicted from the others, {:.1f} mm remain of {:.1f} mm: the calibration does "
+                      "not help between the measured levels; measure more of them",
+                      words(axes[i]), axes[i].after.value * 1e3, axes[i].before.value * 1e3));
   }
 }
 
@@ -169,8 +169,8 @@ Result calibrate_offset(const Request& request) {
   if (result.held_out) result.held_out->used = used_of(boards);
   if (!table->knows_reflectivities())
     result.notes.emplace_back(
-        "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction has to be told "
-        "the target");
+        "the targets' reflectivities are not known (no amplitude, no reflectivity): offset_correction needs its "
+        "parameter target");
   return result;
 }
 

@@ -28,7 +28,7 @@ std::string shape_text(physics::OffsetTable::Shape shape) {
              "linear in the logarithm of the time between them.";
     case physics::OffsetTable::Shape::sheet:
       return "Shape of the data: one integration time at each distance of a target. A monotone curve over the distance "
-             "for each target; another integration time than the one measured there is extrapolation.";
+             "for each target; any other integration time is an extrapolation.";
     default:
       return "Shape of the data: scattered. Errors are interpolated between the nearest samples.";
   }
@@ -55,8 +55,8 @@ class OffsetReport {
 
  private:
   void before_and_after() {
-    page_.heading("Before and after, on levels that were left out");
-    if (axes_.empty()) return page_.paragraph("No axis has three levels: nothing can be left out and predicted.");
+    page_.heading("Before and after, on held-out levels");
+    if (axes_.empty()) return page_.paragraph("No axis has three levels: nothing can be held out and predicted.");
     std::vector<Row> rows;
     std::vector<std::string> plots;
     for (const HeldOut& axis : axes_) {
@@ -66,18 +66,18 @@ class OffsetReport {
                       interval_mm(axis.before), interval_mm(axis.after)});
       plots.push_back(left_out_plot(axis, name));
     }
-    page_.table(Row{"left out, one at a time", "levels", "conditions", "before, mm (95 % interval)",
+    page_.table(Row{"held out, one at a time", "levels", "conditions", "before, mm (95 % interval)",
                     "after, mm (95 % interval)"},
                 rows);
     page_.paragraph(
         "Root mean square of measured minus true depth of the boards' means. Each board is corrected by a table that "
         "was made without its level; the first and the last level are not predicted, as that would be extrapolation. "
-        "Intervals: whole levels resampled.");
-    page_.figures(plots, "Measured minus true depth before and after the correction, level by level left out.");
+        "Intervals: by resampling whole levels.");
+    page_.figures(plots, "Measured minus true depth before and after the correction, each level held out in turn.");
   }
 
   std::string left_out_plot(const HeldOut& axis, const std::string& name) const {
-    report::Curves plot{.title = "one " + name + " left out", .x_label = "true depth, m", .y_label = "error, mm"};
+    report::Curves plot{.title = "one " + name + " held out", .x_label = "true depth, m", .y_label = "error, mm"};
     report::Curve before{.name = "before", .points = true}, after{.name = "after", .points = true};
     for (const Prediction& p : axis.predictions) {
       before.x.push_back(boards_.boards[p.board].distance);
@@ -110,7 +110,7 @@ class OffsetReport {
       plot.curves.push_back(curve);
     }
     page_.figures(std::vector<std::string>{report::curves(plot, 760, 380)},
-                  "One line a target, through its boards; what is between them is interpolated.");
+                  "One line per target, through its boards; values between them are interpolated.");
     if (table_.shape() == physics::OffsetTable::Shape::grid) page_.figures(maps(), "The error of each board, mm.");
   }
 
@@ -179,8 +179,8 @@ class OffsetReport {
     page_.table(Row{"target", "conditions", "reflectivity", "over its conditions"}, rows);
     page_.paragraph(fmt::format(
         "Amplitude times D_t^2 / (gain t_int) with the profile's gain of {:.3g} counts m^2/s; falloff over the image: "
-        "exp({:.3f} q {:+.3f} q^2), q the squared tangent of the angle to the axis. Only its being the same for the "
-        "same surface matters.",
+        "exp({:.3f} q {:+.3f} q^2), q the squared tangent of the angle to the axis. It only has to be the same for the "
+        "same surface.",
         camera_.gain, boards_.falloff[0], boards_.falloff[1]));
   }
 

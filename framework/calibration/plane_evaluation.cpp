@@ -304,7 +304,7 @@ PlaneEvaluation evaluate_one(const fs::path& file, const std::function<void(doub
   for (ReadPlane& one : read) {
     serials.push_back(one.serial);
     if (!one.left_out.empty()) {
-      result.notes.push_back(fmt::format("{}: left out: {}", one.result.condition.id, one.left_out));
+      result.notes.push_back(fmt::format("{}: excluded: {}", one.result.condition.id, one.left_out));
       continue;
     }
     shape.add(one);
@@ -335,7 +335,7 @@ EvaluationResult evaluate_planes(const EvaluationRequest& request) {
   if (before.empty()) return result;
   if (!chosen && !fs::is_regular_file(before, error)) {
     result.now.notes.push_back(
-        fmt::format("the campaign's source {} is not there: nothing is compared with it", before.string()));
+        fmt::format("the campaign's source {} is missing: there is no comparison with it", before.string()));
     return result;
   }
   result.before = evaluate_one(before, progress(0.5, "reading the campaign before"));

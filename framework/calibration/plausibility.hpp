@@ -30,7 +30,7 @@ struct Contradiction {
   enum class Kind { distance, target, integration_time, swapped, saturated };
   Kind kind = Kind::distance;
   std::size_t condition = 0;  ///< condition to which the data belong
-  std::string text;           ///< "you wrote 'distance: 10 m', the data say 1 m"
+  std::string text;           ///< "you wrote 'distance: 10 m', the data indicate 1 m"
 
   const char* key() const {  ///< key of the entry in the campaign
     constexpr std::array keys = {"distance", "target", "integration_time", "capture", "capture"};
@@ -112,9 +112,9 @@ class PlausibilityJudge {
     if (!explains(j, camera_.rest_as(i, j)) || !explains(i, camera_.rest_as(j, i))) return;
     const auto text = [&](std::size_t a, std::size_t b) {
       const auto& conditions = data_.conditions;
-      return fmt::format("you wrote 'capture: {}', the data say that this is the capture of {}, and its own is {}",
-                         conditions[a].capture.filename().string(), conditions[b].id,
-                         conditions[b].capture.filename().string());
+      return fmt::format(
+          "you wrote 'capture: {}', the data indicate that this is the capture of {}, and that its own is {}",
+          conditions[a].capture.filename().string(), conditions[b].id, conditions[b].capture.filename().string());
     };
     found_[i] = Contradiction{Kind::swapped, i, text(i, j)};
     found_[j] = Contradiction{Kind::swapped, j, text(j, i)};
@@ -138,8 +138,8 @@ class PlausibilityJudge {
     std::string seen = best.seen;
     for (const Explanation& other : all) {
       if (other.kind != best.kind)
-        seen += fmt::format(", or else '{}' is not {} but {}", Contradiction{.kind = other.kind}.key(), other.written,
-                            other.seen);
+        seen +=
+            fmt::format(", or '{}' is not {}: {}", Contradiction{.kind = other.kind}.key(), other.written, other.seen);
     }
     return Contradiction{
         best.kind, i,
@@ -167,7 +167,7 @@ class PlausibilityJudge {
       if (!(std::abs(distance - written) > distance_share * std::min(distance, written))) continue;
       if (distance > physics::unambiguous_range(data_.modulation_frequency)) continue;
       add(i, Kind::distance, rest, config::format_quantity(written, "m"),
-          "the data say " + config::format_quantity(std::stod(fmt::format("{:.3g}", distance)), "m"), all);
+          "the data indicate " + config::format_quantity(std::stod(fmt::format("{:.3g}", distance)), "m"), all);
       return;
     }
   }
@@ -178,7 +178,7 @@ class PlausibilityJudge {
     for (std::size_t t = 0; t < camera_.targets().size(); ++t) {
       const std::string& other = camera_.targets()[t];
       if (other.empty() || other == written || !camera_.knows_target(t)) continue;
-      add(i, Kind::target, camera_.rest_on(i, t), written, "the data say " + other, all);
+      add(i, Kind::target, camera_.rest_on(i, t), written, "the data indicate " + other, all);
     }
   }
 
@@ -187,7 +187,7 @@ class PlausibilityJudge {
     const std::string text = config::format_quantity(written, "s");
     if (other_time_[i]) {
       all.push_back({Kind::integration_time, 0, text,
-                     "the capture says " + config::format_quantity(data_.recorded_times[i], "s")});
+                     "the capture states " + config::format_quantity(data_.recorded_times[i], "s")});
       return;
     }
     if (!camera_.tells_light(i)) return;
@@ -196,7 +196,7 @@ class PlausibilityJudge {
     for (const double time : times) {
       if (io::is_other_integration_time(time, written))
         add(i, Kind::integration_time, camera_.rest_with(i, time), text,
-            "the data say " + config::format_quantity(time, "s"), all);
+            "the data indicate " + config::format_quantity(time, "s"), all);
     }
   }
 

@@ -64,33 +64,32 @@ std::vector<std::string> lines_of(const ResponseData& data, const ResponseFit& f
     lines.push_back(line + fmt::format("; the profile says {:.4g}", camera.gain));
   }
   if (std::isfinite(fit.after))
-    lines.push_back(
-        fmt::format("each {} left out: the light of a tap is predicted to {:.2f} %, by the profile's contrast "
-                    "to {:.2f} %",
-                    data.axis, 100 * fit.after, 100 * fit.before));
+    lines.push_back(fmt::format(
+        "each {} held out: the light of a tap is predicted to {:.2f} %, by the profile's contrast to {:.2f} %",
+        data.axis, 100 * fit.after, 100 * fit.before));
   return lines;
 }
 
 void add_response_notes(const ResponseData& data, const ResponseFit& fit, std::vector<std::string>& notes) {
   const std::size_t pixels = data.rows * data.columns;
   if (fit.unknown_pixels > 0)
-    notes.push_back(fmt::format("{} of {} pixels were saturated, dark or seen too seldom: in the maps NaN",
+    notes.push_back(fmt::format("{} of {} pixels were saturated, dark or seen too rarely: in the maps NaN",
                                 fit.unknown_pixels, pixels));
   if (fit.outlying_pixels > 0)
-    notes.push_back(
-        fmt::format("the contrast of {} of {} pixels is far from that of the others", fit.outlying_pixels, pixels));
+    notes.push_back(fmt::format("the contrast of {} of {} pixels differs strongly from that of the others",
+                                fit.outlying_pixels, pixels));
   if (data.saturated > 0)
-    notes.push_back(fmt::format("{} pixels of single conditions were saturated and left out there", data.saturated));
+    notes.push_back(fmt::format("{} pixels of single conditions were saturated and excluded there", data.saturated));
   if (!std::isfinite(fit.dark.value))
     notes.emplace_back(
-        "the amplitudes differ too little for a dark level: it is taken as 0; record other distances, or a capped "
-        "lens");
+        "the amplitudes vary too little to determine a dark level: it is taken as 0; record other distances, or a "
+        "capped lens");
   if (!std::isfinite(fit.gain.value))
     notes.emplace_back("the gain is not known: no condition shows a board of a stated reflectivity");
   else if (fit.gain_after >= fit.gain_before)
     notes.emplace_back("the gain does not predict held-out amplitudes better than the profile's");
   if (!std::isfinite(fit.contrast.low))
-    notes.emplace_back("with fewer than three levels none can be left out: the intervals are not known");
+    notes.emplace_back("with fewer than three levels none can be held out: the intervals are unknown");
 }
 
 }  // namespace
@@ -133,7 +132,7 @@ Result calibrate_response(const Request& request) {
                                           .after = fit.after,
                                           .unit = "% of the light",
                                           .scale = 1e-2,
-                                          .causes = "a profile whose contrast is right already, ambient light, taps "
+                                          .causes = "a profile whose contrast is already right, ambient light, taps "
                                                     "near saturation, a warming lamp"}};
   add_response_notes(data, fit, result.notes);
   return result;

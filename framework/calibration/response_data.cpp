@@ -110,7 +110,7 @@ struct ResponseRead {
 };
 
 std::string other_use(const io::Condition& c) {
-  if (c.ambient != "dark") return "there is ambient light, which counts in the taps and not in the amplitude";
+  if (c.ambient != "dark") return "there is ambient light, which adds to the taps but not to the amplitude";
   if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
   return "";
 }
@@ -139,8 +139,8 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
     using Kind = io::Recording::Kind;
     if (recording.kind() != Kind::taps && (recording.kind() == Kind::distances || !has_channel(recording, "intensity")))
       throw std::runtime_error(
-          "has neither taps nor intensity beside phases or amplitude: the light that the contrast is a share of is "
-          "unknown");
+          "has neither taps nor intensity in addition to phases or amplitude: the light to which the contrast refers "
+          "is unknown");
     complete(condition, recording.reader(), camera);
     const auto [first, last] = frames_of(recording, condition, camera);
     ResponseSums sums(camera);
@@ -193,7 +193,7 @@ ResponseData read_response(const io::Campaign& campaign, const std::function<voi
   for (std::size_t i = 0; i < n; ++i) {
     const io::Condition& c = campaign.conditions[i];
     if (!read[i].mistake.empty()) diagnostics.error(place_of(c), read[i].mistake);
-    if (!read[i].left_out.empty()) data.notes.push_back(fmt::format("{}: left out: {}", c.id, read[i].left_out));
+    if (!read[i].left_out.empty()) data.notes.push_back(fmt::format("{}: excluded: {}", c.id, read[i].left_out));
     data.saturated += read[i].saturated;
     if (read[i].condition) data.conditions.push_back(std::move(*read[i].condition));
   }

@@ -175,7 +175,7 @@ class ResponseEstimate {
     write_maps(result);
     const Numbers all = numbers(std::nullopt, nullptr);
     if (!std::isfinite(all.contrast))
-      throw std::invalid_argument("no pixel shows how the light of its taps goes with the amplitude");
+      throw std::invalid_argument("no pixel shows the relation between the light of its taps and the amplitude");
     std::set<double> levels;
     for (const ResponseCondition& c : data_.conditions) levels.insert(c.level);
     result.levels = levels.size();
@@ -269,7 +269,7 @@ class ResponseEstimate {
 
 ResponseFit fit_response(const ResponseData& data, const tofgraph_camera& camera) {
   if (data.conditions.size() < 2)
-    throw std::invalid_argument("fewer than two conditions are left: a contrast shows among several");
+    throw std::invalid_argument("fewer than two usable conditions: a contrast needs several");
   return ResponseEstimate(data, camera).fit();
 }
 

@@ -52,12 +52,11 @@ report::Page response_report(const io::Campaign& campaign, const ResponseData& d
                               value_row("dark level of a tap, counts", fit.dark, "-")});
   page.paragraph(
       "The mean of a pixel's taps is I = dark + a / (2 contrast), its amplitude a = gain reflectivity t_int / D_t^2. "
-      "Each "
-      "pixel is fitted over the conditions; the numbers are medians over the pixels, the gain is that of the axis. "
-      "Intervals: Student's, from leaving out whole levels (jackknife).");
-  page.heading("Conditions that were left out");
+      "Each pixel is fitted over the conditions; the numbers are medians over the pixels, the gain is that of the "
+      "axis. Intervals: Student's, from leaving out whole levels (jackknife).");
+  page.heading("Held-out conditions");
   const auto percent = [](double share) { return std::isfinite(share) ? fmt::format("{:.3f}", 100 * share) : "-"; };
-  page.table(Row{fmt::format("each {} left out", data.axis), "by the profile, %", "by the calibration, %"},
+  page.table(Row{fmt::format("each {} held out", data.axis), "by the profile, %", "by the calibration, %"},
              std::vector<Row>{{"light of a tap", percent(fit.before), percent(fit.after)},
                               {"amplitude", percent(fit.gain_before), percent(fit.gain_after)}});
   page.paragraph("Robust standard deviations over the pixels of the relative error.");

@@ -63,12 +63,12 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
                                                  minutes(std::ceil(length / 60) * 60)));
   };
   if (!seen && earliest > usual_time_constant)
-    refuse(fmt::format("the recording begins {} after power-on and shows no drift: the camera was warm already",
+    refuse(fmt::format("the recording begins {} after power-on and shows no drift: the camera was already warm",
                        minutes(earliest)),
            3 * usual_time_constant);
   if (!seen) {
     if (longest >= 3 * usual_time_constant) return;  // long enough to exclude a drift
-    refuse(fmt::format("{} since power-on show no drift, which takes 5 to 20 min: they are too short to tell",
+    refuse(fmt::format("{} since power-on show no drift, which takes 5 to 20 min: they are too short to exclude one",
                        minutes(longest)),
            3 * usual_time_constant);
   }
@@ -167,7 +167,7 @@ void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, cons
 
 std::string model_text(const Request& request, const WarmUpData& data, const WarmUpModel& m) {
   std::string text = model_head(request, data.campaign.conditions, data.campaign.boards.serial);
-  if (!std::isfinite(m.drift.value)) return text + "effects: []  # no drift that one effect can tell\n";
+  if (!std::isfinite(m.drift.value)) return text + "effects: []  # no drift that one effect can describe\n";
   text += fmt::format("effects:\n  - {{effect: warm_up, drift: {}, time_constant: {}",
                       format_quantity(m.drift.value, "m"), format_quantity(m.time_constant.value, "s"));
   if (std::abs(m.droop.value) > significant * m.droop.sd) text += fmt::format(", droop: {:.6g}", m.droop.value);
@@ -255,7 +255,7 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
   if (seen.empty()) return model;
   const bool positive = drifts[seen.front()].drift.value > 0;
   if (std::ranges::any_of(seen, [&](std::size_t i) { return (drifts[i].drift.value > 0) != positive; })) {
-    model.notes.emplace_back("the drift changes its sign with the integration time: one effect cannot tell that");
+    model.notes.emplace_back("the drift changes its sign with the integration time: one effect cannot describe that");
     return model;
   }
   model.time_constant = weighted(taus);
@@ -277,9 +277,9 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
     }
     model.slow_drift = weighted(slow);
   } else if (!slow_taus.empty()) {
-    model.notes.push_back(
-        fmt::format("{} of {} series show a second, slow drift: the model leaves it out, as the others do not",
-                    slow_taus.size(), seen.size()));
+    model.notes.push_back(fmt::format(
+        "{} of {} series show a second, slow drift: it is not part of the model, as the others do not show it",
+        slow_taus.size(), seen.size()));
   }
   return model;
 }
@@ -292,9 +292,8 @@ void note_time_constant(const WarmUpModel& model, std::vector<std::string>& note
   if (!std::isfinite(model.time_constant.value)) return;
   if (model.time_constant.value >= shortest && model.time_constant.value <= longest) return;
   notes.push_back(
-      fmt::format("the time constant of {} is not that of a camera that warms up, which takes 5 to 20 min: is "
-                  "time_since_power_on in "
-                  "the right unit?",
+      fmt::format("the time constant of {} is not typical of a camera that warms up, which takes 5 to 20 min: is "
+                  "time_since_power_on in the right unit?",
                   format_quantity(model.time_constant.value, "s")));
 }
 
@@ -312,7 +311,7 @@ std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
                        .after = root_mean_square(after),
                        .causes =
                            "times since power-on in another unit or of another session, a board that was moved, a "
-                           "camera that was warm already"};
+                           "camera that was already warm"};
 }
 
 }  // namespace

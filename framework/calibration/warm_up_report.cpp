@@ -40,7 +40,7 @@ class WarmUpReport {
                   "centre pixels) and the drift that was fitted to all pixels, as in figure 3.2 of the reference.");
     table();
     held_out();
-    page_.heading("When it has settled");
+    page_.heading("Settling time");
     settling(tolerance);
     frame_errors();
     add_model(model);
@@ -150,7 +150,7 @@ class WarmUpReport {
                     "slow drift, mm", "its time constant, min", "droop of the light, %", "scatter left, mm"},
                 rows);
     page_.paragraph(
-        "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term where the data demand it. "
+        "D(t) = start + drift (1 - exp(-t / time constant)), with a second, slow term if the data require it. "
         "Uncertainties are standard deviations; they allow for correlated errors of successive points. "
         "Mean and standard deviation are over the time of the whole recording, of the reported window, as in table 3.1 "
         "of the reference: the weights are those of the trapezoidal rule, so that dense points do not count more.");
@@ -164,9 +164,9 @@ class WarmUpReport {
         rows.push_back({name(data_.series[i]), interval_mm(d.held_out_before), interval_mm(d.held_out_after)});
     }
     if (rows.empty()) return;
-    page_.table(Row{"left out: inner fifths of the time", "a constant distance, mm (95 %)", "the fit, mm (95 %)"},
+    page_.table(Row{"held out: inner fifths of the time", "a constant distance, mm (95 %)", "the fit, mm (95 %)"},
                 rows);
-    page_.paragraph("Root mean square of what was measured in the fifth that was left out minus what was predicted.");
+    page_.paragraph("Root mean square of measured minus predicted values in the held-out fifth.");
   }
 
   void settling(double tolerance) {
@@ -184,21 +184,20 @@ class WarmUpReport {
     }
     page_.table(header, rows);
     page_.paragraph(
-        "From when on the fitted distance stays that close to what it comes to in the end, which may be after the "
+        "Time from which the fitted distance stays that close to its final value, which may be reached after the "
         "recording.");
   }
 
   void add_model(const WarmUpModel& m) {
     page_.heading("As one effect");
     if (!std::isfinite(m.drift.value))
-      return page_.paragraph("No effect was written: there is no drift that one effect can tell.");
-    page_.paragraph(fmt::format(
-        "warm_up with a drift of {} mm at an integration time of {}, growing as its power {:.2f}; time constant {} "
-        "min. "
-        "The drift of a single series differs by at most {} mm from it. model_correction undoes it where frames tell "
-        "their time since power-on.",
-        estimate(m.drift, 1e3), format_quantity(m.reference_time, "s"), m.exponent.value,
-        estimate(m.time_constant, 1.0 / 60), mm(m.misfit)));
+      return page_.paragraph("No effect was written: there is no drift that one effect can describe.");
+    page_.paragraph(
+        fmt::format("warm_up with a drift of {} mm at an integration time of {}, growing as its power {:.2f}; time "
+                    "constant {} min. The drift of a single series differs by at most {} mm from it. model_correction "
+                    "undoes it if frames state their time since power-on.",
+                    estimate(m.drift, 1e3), format_quantity(m.reference_time, "s"), m.exponent.value,
+                    estimate(m.time_constant, 1.0 / 60), mm(m.misfit)));
   }
 
   const WarmUpData& data_;

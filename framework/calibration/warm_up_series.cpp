@@ -48,11 +48,11 @@ class Splitter {
     if (capture.frames() == 0) throw std::runtime_error("has no frames");
     const auto [first, last] = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
     if (last >= capture.frames())
-      throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", capture.frames(), last));
+      throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", capture.frames(), last));
     const std::uint64_t count = last - first + 1, at_once = (count + max_points - 1) / max_points;
     if (!std::isfinite(time_of(condition, capture, first, first))) {
       diagnostics.error(place_of(condition),
-                        "the time since power-on is unknown: neither the condition nor its capture says it",
+                        "the time since power-on is unknown: neither the condition nor its capture states it",
                         "example: time_since_power_on: 60 s");
       return;
     }
@@ -93,7 +93,7 @@ void check_times(const Series& series, const Request& request) {
   if (series.points.size() >= few) return;
   throw config::ConfigurationError(fmt::format(
       "{}: error: {} points in time of the board at {:.4g} m and {:.3g} ms: a time constant needs {} or more\n  record "
-      "the same board again and again from power-on, for an hour",
+      "the same board repeatedly from power-on, for an hour",
       request.campaign.string(), series.points.size(), series.distance, series.integration_time * 1e3, few));
 }
 
@@ -196,7 +196,7 @@ WarmUpData read_warm_up(const Request& request) {
     data.series.push_back(std::move(s));
   }
   if (data.series.empty())
-    throw config::ConfigurationError(fmt::format("{}: error: no condition is left\n  {}", request.campaign.string(),
+    throw config::ConfigurationError(fmt::format("{}: error: no usable condition\n  {}", request.campaign.string(),
                                                  sentence_of(data.campaign.boards.notes)));
   return data;
 }

@@ -133,10 +133,10 @@ CameraFolder read_camera_folder(const fs::path& folder) {
   const fs::path index = folder / folder_index_name;
   std::error_code error;
   if (!fs::is_regular_file(index, error))
-    throw config::ConfigurationError(fmt::format(
-        "{}: error: the folder has no {}: it is not the folder of a camera, or its files were moved elsewhere\n"
-        "         give the whole folder, or make one: tofgraph camera new NAME --profile PROFILE\n",
-        folder.string(), folder_index_name));
+    throw config::ConfigurationError(
+        fmt::format("{}: error: the folder has no {}: it is not a camera's folder, or its files were moved\n"
+                    "         give the whole folder, or make one: tofgraph camera new NAME --profile PROFILE\n",
+                    folder.string(), folder_index_name));
   const config::Value document = config::load_document(index);
   config::Diagnostics diagnostics;
   config::check_version(document, index_key, 1, diagnostics);
@@ -168,7 +168,7 @@ std::vector<std::string> folder_problems(const CameraFolder& folder) {
     std::error_code error;
     const fs::path path = folder.folder / file.file;
     if (!fs::is_regular_file(path, error))
-      problems.push_back(fmt::format("{} is missing: was a part of the folder moved?", path.string()));
+      problems.push_back(fmt::format("{} is missing: was part of the folder moved?", path.string()));
     else if (sha256_of_file(path) != file.sha256)
       problems.push_back(fmt::format("{} was changed since it was added: {}", path.string(), remedy));
   };
@@ -202,10 +202,11 @@ std::vector<std::string> expired_calibrations(const CameraFolder& folder, const 
   for (const FolderEntry& entry : folder.entries) {
     const std::string file = entry.files.front().file.generic_string();
     if (!entry.valid_until.empty() && !date.empty() && date > entry.valid_until)
-      messages.push_back(fmt::format("the {} calibration {} is valid until {}, the recording is of {}: it is used",
-                                     entry.kind, file, entry.valid_until, date));
+      messages.push_back(
+          fmt::format("the {} calibration {} is valid until {}, the recording is from {}: it is used anyway",
+                      entry.kind, file, entry.valid_until, date));
     if (entry.temperature && (temperature[0] < entry.temperature->at(0) || temperature[1] > entry.temperature->at(1)))
-      messages.push_back(fmt::format("the {} calibration {} is for {}, the recording was made at {}: it is used",
+      messages.push_back(fmt::format("the {} calibration {} is for {}, the recording was made at {}: it is used anyway",
                                      entry.kind, file,
                                      celsius_range(entry.temperature->at(0), entry.temperature->at(1)),
                                      celsius_range(temperature[0], temperature[1])));

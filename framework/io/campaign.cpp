@@ -49,7 +49,7 @@ void check_truth(const Campaign& campaign, const config::Value& map, const Condi
       condition.is_capped())
     return;
   diagnostics.error(map.at,
-                    "the condition does not say what stood before the camera: a board, a scene, or a capped lens",
+                    "the condition does not state what was in front of the camera: a board, a scene, or a capped lens",
                     "example: board: {distance: 500 mm}");
 }
 
@@ -200,7 +200,7 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
                        all.camera->view().name);
   if (member.pattern) return "is for the calibration of a lens";
   if (!all.conditions.empty() && member.from_table != all.from_table)
-    return "has captures where the others have tables, or the reverse";
+    return "has captures while the others have tables, or the reverse";
   return {};
 }
 

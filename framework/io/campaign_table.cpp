@@ -171,7 +171,7 @@ class TableReader {
     if (key == "reflectivity" && !(value > 0 && value <= 1)) return "must be above 0 and at most 1";
     if ((key == "measured_depth_sd" || key == "count" || key == "time_since_power_on") && value < 0)
       return "must not be negative";
-    if (key == "frames" && !(value >= 1 && value == std::floor(value))) return "must be a whole number from 1 on";
+    if (key == "frames" && !(value >= 1 && value == std::floor(value))) return "must be a whole number of at least 1";
     if (key.starts_with("roi_half") && campaign_.camera) {
       const tofgraph_camera& camera = campaign_.camera->view();
       const std::uint32_t most = (key == "roi_half_width" ? camera.width : camera.height) / 2;

@@ -88,7 +88,7 @@ std::optional<std::array<std::uint64_t, 2>> read_span(const config::Entry& entry
   if (right && span[0] <= span[1] && span[1] <= max) return span;
   const std::string limit = max < std::numeric_limits<std::uint32_t>::max() ? fmt::format(", at most {}", max) : "";
   diagnostics.error(
-      value.at, fmt::format("'{}' must be two whole numbers, the first and the last, from 0 on{}", entry.key, limit),
+      value.at, fmt::format("'{}' must be two whole numbers, the first and the last, 0 or more{}", entry.key, limit),
       fmt::format("example: {}: {}", entry.key, example));
   return std::nullopt;
 }

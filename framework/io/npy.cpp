@@ -50,7 +50,7 @@ class HeaderReader {
   std::string read_text() {
     std::string magic(npy_magic.size(), '\0');
     if (!in_.read(magic.data(), static_cast<std::streamsize>(magic.size())) || magic != npy_magic)
-      fail("is not a .npy file: it does not begin with the mark of one");
+      fail("is not a .npy file: its first bytes are wrong");
     const std::uint64_t major = number(1);
     number(1);
     if (major < 1 || major > 3) fail(fmt::format("is of .npy version {}, expected 1 to 3", major));
@@ -86,7 +86,7 @@ class HeaderReader {
     set_type(type.substr(1, end - 1), result);
     const std::string_view order = after(header, "fortran_order");
     result.by_columns = order.starts_with("True");
-    if (!result.by_columns && !order.starts_with("False")) fail("says neither True nor False for 'fortran_order'");
+    if (!result.by_columns && !order.starts_with("False")) fail("has neither True nor False for 'fortran_order'");
     const std::string_view shape = after(header, "shape");
     const auto close = shape.find(')');
     if (shape[0] != '(' || close == std::string_view::npos) fail("has no list of sizes for 'shape'");
@@ -105,7 +105,7 @@ class HeaderReader {
       const std::string_view digits = item.substr(begin, item.find_last_not_of(" L") + 1 - begin);
       const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), size);
       if (error != std::errc() || end != digits.data() + digits.size())
-        fail(fmt::format("announces a size of '{}', expected a whole number from 1 on", digits));
+        fail(fmt::format("announces a size of '{}', expected a whole number of at least 1", digits));
       result.push_back(size);
     }
     return result;
@@ -148,7 +148,7 @@ class NpyFile {
     if (header.shape.size() == 2) header.shape.push_back(1);
     if (header.shape.size() != 3) fail(fmt::format("has {} dimensions, expected 2 or 3", header.shape.size()));
     if (header.shape[2] == 0 || header.shape[2] > 3)
-      fail(fmt::format("has {} values a pixel, expected 1 to 3", header.shape[2]));
+      fail(fmt::format("has {} values per pixel, expected 1 to 3", header.shape[2]));
     const std::uint64_t rows = header.shape[0], columns = header.shape[1], depth = header.shape[2];
     if (rows == 0 || columns == 0 || rows > max_image_pixels || columns > max_image_pixels / rows)
       fail(fmt::format("announces {} x {} pixels, expected 1 to {}", rows, columns, max_image_pixels));

@@ -34,7 +34,7 @@ void check_samples(CalibrationReader& file, const OffsetCalibration& calibration
     if (std::ranges::find(calibration.samples, target, &physics::OffsetSample::target) == calibration.samples.end())
       return file.error("target",
                         fmt::format("no sample is of the target '{}' of the settings", calibration.targets[target]),
-                        "leave it out of settings: {targets: [..]}");
+                        "remove it from settings: {targets: [..]}");
   }
   for (const physics::OffsetSample& s : calibration.samples) {
     if (s.target >= calibration.targets.size())

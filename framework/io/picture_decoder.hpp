@@ -17,7 +17,7 @@
 
 namespace tofgraph::io {
 
-inline constexpr const char* undecodable = "cannot be read as a picture: it is damaged, or of a kind that is not read";
+inline constexpr const char* undecodable = "cannot be read as a picture: it is damaged, or of an unsupported kind";
 
 /// Rejects pictures decoded from damaged data: libjpeg fills in missing pixels and only prints a message.
 /// @throws std::runtime_error
@@ -25,7 +25,7 @@ inline void refuse_filled_up(const config::SilentLibraries& libraries) {
   const std::string words = libraries.words();
   for (const char* damage : {"Corrupt JPEG data", "Premature end of JPEG", "Inconsistent progression", "Invalid SOS"}) {
     if (words.find(damage) != std::string::npos)
-      throw std::runtime_error("is a damaged picture: its decoder had to make up pixels");
+      throw std::runtime_error("is a damaged picture: its decoder had to invent pixels");
   }
 }
 

@@ -50,7 +50,7 @@ std::string likely_units(double number, const char* unit, Interval expected, std
 
 /// Second half of the sentence.
 std::string likely(const std::string& units, const char* expected_unit) {
-  return units.empty() ? std::string() : fmt::format(": likely it was written {}, not in {}", units, expected_unit);
+  return units.empty() ? std::string() : fmt::format(": it was probably written {}, not in {}", units, expected_unit);
 }
 
 std::string range_text(Interval range, const char* unit) {
@@ -109,7 +109,7 @@ std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const to
   }
   const double step = median_step(times);
   if (times.back() == 0)
-    return fmt::format("the clock of the time stamps stands still: {} ns at all {} frames", frames[0].timestamp_ns,
+    return fmt::format("the clock of the time stamps does not advance: {} ns at all {} frames", frames[0].timestamp_ns,
                        frames.size());
   const double rate = camera != nullptr ? camera->frame_rate : std::nan("");
   const double time = frames[0].integration_time;
@@ -146,7 +146,7 @@ std::string power_on_doubt(std::span<const tofgraph_metadata> frames) {
   const char* unit = same(1e3) ? "ms" : same(1e6) ? "us" : nullptr;
   if (unit == nullptr) return {};
   return fmt::format(
-      "the time since power on grows by {}, the time stamps by {}: likely it was written in {}, not in s",
+      "the time since power on grows by {}, the time stamps by {}: it was probably written in {}, not in s",
       format_quantity(span, "s"), format_quantity(stamps, "s"), unit);
 }
 
@@ -190,7 +190,7 @@ std::string temperature_doubt(double temperature) {
                      : expected.contains(celsius / 1000)            ? "thousandths of a degree"
                                                                     : nullptr;
   return fmt::format("the temperature is {:.6g} degC, expected {} to {} degC{}", celsius, expected.least, expected.most,
-                     unit != nullptr ? fmt::format(": likely it was written in {}, not in degC", unit) : "");
+                     unit != nullptr ? fmt::format(": it was probably written in {}, not in degC", unit) : "");
 }
 
 double expected_range(std::span<const tofgraph_exposure> exposures, double recorded, const tofgraph_camera* camera) {

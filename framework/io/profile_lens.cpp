@@ -46,10 +46,11 @@ void use_field_of_view(const config::Entry& field, bool fisheye, tofgraph_camera
   camera.focal_length = (camera.focal_px[0] * camera.pitch[0] + camera.focal_px[1] * camera.pitch[1]) / 2;
   diagnostics.warning(
       field.value.at,
-      fmt::format("'field_of_view' is all that is known of the lens: its focal length is taken as {:.1f} px and {:.1f} "
+      fmt::format("only 'field_of_view' is known of the lens: its focal length is taken as {:.1f} px and {:.1f} "
                   "px, without distortion, so that planes may be bent and sizes wrong by several percent",
                   camera.focal_px[0], camera.focal_px[1]),
-      "add focal_length, principal_point and distortion, of the camera's own file or by tofgraph calibrate intrinsics");
+      "add focal_length, principal_point and distortion, from the camera's own file or by tofgraph calibrate "
+      "intrinsics");
 }
 
 void read_distortion(config::Reader& reader, tofgraph_camera& camera, const config::Value& document,

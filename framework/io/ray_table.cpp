@@ -96,13 +96,13 @@ std::string fit_axis(const RayTable& table, std::uint32_t width, std::size_t axi
   }
   const char* names[] = {"x", "y"};
   const char* lines[] = {"columns", "rows"};
-  if (n == 0) return "has no ray: directions of length 0 and such that point backwards (z < 0) are none";
+  if (n == 0) return "has no ray: directions of length 0 and directions that point backwards (z < 0) do not count";
   focal = (n * tp - t * p) / (n * tt - t * t);
   centre = (p - focal * t) / n;
   if (focal > 0 && std::isfinite(focal)) return {};
   return fmt::format(
-      "has rays whose {} does not grow with the {}: x points right, y down, z to the scene; is the table "
-      "transposed, mirrored, or in axes that point elsewhere?",
+      "has rays whose {} does not grow with the {}: x points right, y down, z to the scene; is the table transposed, "
+      "mirrored, or given in other axes?",
       names[axis], lines[axis]);
 }
 
@@ -114,15 +114,15 @@ void load_table(const std::filesystem::path& file, const std::string& dataset, s
   const std::size_t each = numbers_per_pixel(read, file.string(), width, height);
   if (each == 3 && as.empty()) as = "directions";
   if (as.empty())
-    throw std::runtime_error(fmt::format(
-        "{} has two numbers a pixel, and nothing states what they are\n         readings that are possible:\n"
-        "           as: tangents    x/z and y/z\n"
-        "           as: degrees     angles from the axis, whose tangents are x/z and y/z\n"
-        "           as: radians     the same",
-        file.string()));
+    throw std::runtime_error(
+        fmt::format("{} has two numbers per pixel, and their meaning is not stated\n         possible meanings:\n"
+                    "           as: tangents    x/z and y/z\n"
+                    "           as: degrees     angles from the axis, whose tangents are x/z and y/z\n"
+                    "           as: radians     the same",
+                    file.string()));
   if ((as == "directions") != (each == 3))
     throw std::runtime_error(
-        fmt::format("{} has {} numbers a pixel, '{}' needs {}", file.string(), each, as, as == "directions" ? 3 : 2));
+        fmt::format("{} has {} numbers per pixel, '{}' needs {}", file.string(), each, as, as == "directions" ? 3 : 2));
   normalise(read, as, each, table);
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const std::string problem = fit_axis(table, width, axis, table.focal[axis], table.centre[axis]);

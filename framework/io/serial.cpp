@@ -26,7 +26,7 @@ std::string common_serial(const Campaign& campaign, const std::vector<std::strin
     at.column = std::max<std::size_t>(at.column, 1);  // for a table row its beginning
     diagnostics.error(
         at, fmt::format("the capture is of the camera with the serial {}, those before of {}", serials[i], serial),
-        "a calibration is of one camera: make a campaign for each");
+        "a calibration is for one camera: make a campaign for each");
   }
   return serial;
 }

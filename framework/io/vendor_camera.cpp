@@ -51,8 +51,7 @@ class VendorFile {
       if (document_.find(key) != nullptr) return matrix_file(key);
     refuse(
         "is not a camera file of a known kind: ROS camera_info and OpenCV have 'camera_matrix', librealsense 'ppx', "
-        "Azure "
-        "Kinect 'CalibrationInformation', mrcal 'lensmodel'");
+        "Azure Kinect 'CalibrationInformation', mrcal 'lensmodel'");
   }
 
  private:
@@ -109,10 +108,11 @@ class VendorFile {
     const std::string by_number = word(document_, "fisheye_model");
     c.fisheye = model == "equidistant" || model == "fisheye" || (!by_number.empty() && by_number != "0");
     if (!model.empty() && !c.fisheye && model != "plumb_bob" && model != "rational_polynomial")
-      refuse(fmt::format("has the lens model '{}', which a profile cannot hold: plumb_bob, rational_polynomial, "
-                         "equidistant",
-                         model),
-             &need(document_, "distortion_model"));
+      refuse(
+          fmt::format(
+              "has the lens model '{}', which a profile does not support: plumb_bob, rational_polynomial, equidistant",
+              model),
+          &need(document_, "distortion_model"));
     // The last two of OpenCV's fourteen coefficients tilt the sensor; they are written as zeros if not fitted.
     if (c.distortion.size() == 14 && c.distortion[12] == 0 && c.distortion[13] == 0) c.distortion.resize(12);
     c.name = word(document_, "camera_name");
@@ -137,10 +137,11 @@ class VendorFile {
     }
     // "modified" and "inverse" are inverse mappings and cannot be converted to the forward model.
     if (distorts && model.find("brown_conrady") == std::string::npos)
-      refuse(fmt::format("has the lens model '{}', which a profile cannot hold", model), &in);
+      refuse(fmt::format("has the lens model '{}', which a profile does not support", model), &in);
     if (distorts && (model.find("inverse") != std::string::npos || model.find("modified") != std::string::npos))
       refuse(
-          fmt::format("has the lens model '{}', which maps the other way round: a profile holds brown_conrady", model),
+          fmt::format("has the lens model '{}', which maps in the inverse direction: a profile supports brown_conrady",
+                      model),
           &in);
     return c;
   }
@@ -156,9 +157,10 @@ class VendorFile {
                                                                      {"LENSMODEL_OPENCV12", 16}};
     const auto found = std::ranges::find(models, model, &std::pair<std::string, std::size_t>::first);
     if (found == models.end())
-      refuse(fmt::format("has the lens model '{}', which a profile cannot hold: LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, "
-                         "_OPENCV8, _OPENCV12",
-                         model),
+      refuse(fmt::format(
+                 "has the lens model '{}', which a profile does not support: LENSMODEL_PINHOLE, _OPENCV4, _OPENCV5, "
+                 "_OPENCV8, _OPENCV12",
+                 model),
              &need(document_, "lensmodel"));
     if (size.size() != 2 || i.size() != found->second)
       refuse(fmt::format("has {} intrinsics, expected {} for {}", i.size(), found->second, model),
@@ -181,17 +183,17 @@ class VendorFile {
     const auto found = std::ranges::find(modes, mode, [](const Mode& m) { return std::string(m.name); });
     if (found == std::end(modes))
       refuse(
-          fmt::format("is that of an Azure Kinect, and {}\n         readings that are possible:\n"
+          fmt::format("is that of an Azure Kinect, and {}\n         possible depth modes:\n"
                       "           --depth-mode nfov         640 x 576 px\n"
                       "           --depth-mode nfov_binned  320 x 288 px\n"
                       "           --depth-mode wfov         1024 x 1024 px\n"
                       "           --depth-mode wfov_binned  512 x 512 px",
-                      mode.empty() ? "nothing states its depth mode" : "there is no depth mode '" + mode + "'"));
+                      mode.empty() ? "its depth mode is not stated" : "there is no depth mode '" + mode + "'"));
     for (const Value& camera : need(need(document_, "CalibrationInformation"), "Cameras").items) {
       if (word(camera, "Purpose") != "CALIBRATION_CameraPurposeDepth") continue;
       const Value& intrinsics = need(camera, "Intrinsics");
       if (word(intrinsics, "ModelType") != "CALIBRATION_LensDistortionModelBrownConrady")
-        refuse(fmt::format("has the lens model '{}', which a profile cannot hold", word(intrinsics, "ModelType")),
+        refuse(fmt::format("has the lens model '{}', which a profile does not support", word(intrinsics, "ModelType")),
                &intrinsics);
       const std::vector<double> p = numbers(need(intrinsics, "ModelParameters"));
       if (p.size() < 14) refuse(fmt::format("has {} parameters of the lens, expected 14", p.size()), &intrinsics);

@@ -22,7 +22,7 @@ class MonotoneCurve {
   MonotoneCurve(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
     const bool rising = std::ranges::adjacent_find(x_, std::ranges::greater_equal()) == x_.end();
     if (x_.empty() || x_.size() != y_.size() || !rising)
-      throw std::invalid_argument("a curve needs points whose x rises, and as many y");
+      throw std::invalid_argument("a curve needs points with rising x, and one y for each x");
     slope_.assign(x_.size(), 0);
     if (x_.size() < 2) return;
     slope_.front() = secant(0);

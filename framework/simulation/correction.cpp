@@ -123,9 +123,9 @@ void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
     } else if (max_change(camera_->view(), physical, effect) < undoable) {
       all.push_back(effect);
       images = true;
-      tell(true, "taken off the whole image, step by step");
+      tell(true, "removed from the whole image, step by step");
     } else {
-      tell(false, "mixes neighbours so much that undoing it would make noise stronger than what is corrected");
+      tell(false, "mixes neighbours so strongly that undoing it would add more noise than it corrects");
     }
   }
   if (!geometry.empty()) {
@@ -172,11 +172,11 @@ void Correction::require_monotone(bool physical, const std::vector<EffectPtr>& e
     if (first_fold(CameraInverse(camera_->view(), physical, {effect}), acquisition))
       culprits += (culprits.empty() ? "" : ", ") + effect->name();
   }
-  throw std::invalid_argument(fmt::format(
-      "cannot be undone: between {} and {} the measured distance falls while the true one rises, so that one measured "
-      "distance stands for several true ones ({})",
-      length_text(fold->from), length_text(fold->to),
-      culprits.empty() ? "by the effects together" : "by the effect " + culprits));
+  throw std::invalid_argument(
+      fmt::format("cannot be undone: between {} and {} the measured distance falls while the true one rises, so that "
+                  "one measured distance belongs to several true ones ({})",
+                  length_text(fold->from), length_text(fold->to),
+                  culprits.empty() ? "by the effects together" : "by the effect " + culprits));
 }
 
 }  // namespace tofgraph::simulation

@@ -80,7 +80,7 @@ double CrossApproximation::run(std::size_t max_products) {
   std::vector<bool> unsolved;
   for (const double value : first) unsolved.push_back(std::isnan(value));
   if (std::ranges::all_of(first, [](double v) { return std::isnan(v); }))
-    throw std::invalid_argument("cannot be undone: not one measured distance has a true one");
+    throw std::invalid_argument("cannot be undone: no measured distance has a true one");
   fill(shape_, first);
   find_factors(first);
   for (std::size_t node = 0; node < first.size(); ++node)

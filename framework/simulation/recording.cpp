@@ -164,7 +164,7 @@ bool is_recorded(const Simulation& simulation, std::size_t index, const std::fil
   if (!std::filesystem::exists(capture)) return false;
   if (io::CaptureReader(capture).header().provenance == header_of(simulation, index, options.truth).provenance)
     return true;
-  throw std::runtime_error(capture.string() + " is there and was made of another scene, model or seed: remove it");
+  throw std::runtime_error(capture.string() + " exists and was made from another scene, model or seed: remove it");
 }
 
 /// Conditions that are already recorded, for shards. @throws std::runtime_error for a capture of something else

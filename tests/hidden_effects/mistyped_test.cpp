@@ -81,7 +81,7 @@ TEST_F(Mistyped, TheMessageHasWhatWasWrittenAndWhatTheDataSay) {
   const auto said = found(wrong);
   ASSERT_EQ(said.size(), 1U);
   EXPECT_EQ(said[0].kind, Contradiction::Kind::distance);
-  EXPECT_TRUE(said[0].text.starts_with("you wrote 'distance: 10 m', the data say ")) << said[0].text;
+  EXPECT_TRUE(said[0].text.starts_with("you wrote 'distance: 10 m', the data indicate ")) << said[0].text;
   try {
     require_consistent(diagnosis::measure(wrong, {}));
     ADD_FAILURE() << "nothing was thrown";

@@ -126,12 +126,12 @@ TEST_F(Mistakes, ARightCampaignIsCalibratedAndNothingIsNamed) {
 
 TEST_F(Mistakes, SwappedTargets) {
   std::swap(at("white_1500").written_target, at("dark_1500").written_target);
-  expect(calibrated(), {"usage: ", "white_1500", "dark_1500", "correct it, or leave the condition out"});
+  expect(calibrated(), {"usage: ", "white_1500", "dark_1500", "correct it, or remove the condition"});
 }
 
 TEST_F(Mistakes, OneTarget) {
   at("white_2000").written_target = "dark";
-  expect(calibrated(), {"usage: ", "condition 'white_2000': you wrote 'target: dark'", "the data say white"});
+  expect(calibrated(), {"usage: ", "condition 'white_2000': you wrote 'target: dark'", "the data indicate white"});
 }
 
 TEST_F(Mistakes, ABoardTwentyMillimetresOff) {
@@ -159,7 +159,8 @@ TEST_F(Mistakes, ABoardTwentyMillimetresOffAtTheFarEnd) {
 
 TEST_F(Mistakes, AllDistancesInAnotherUnit) {
   for (Board& b : boards) b.written_distance /= 10;
-  expect(calibrated(), {"usage: ", "said to stand at 75 mm to 400 mm", "is the unit of the distances right?"});
+  expect(calibrated(),
+         {"usage: ", "the stated distances of the boards are 75 mm to 400 mm", "is the unit of the distances right?"});
 }
 
 TEST_F(Mistakes, ABoardAtTenTimesItsDistance) {
@@ -175,7 +176,7 @@ TEST_F(Mistakes, AllIntegrationTimesInAnotherUnit) {
 TEST_F(Mistakes, OneIntegrationTime) {
   at("white_1500").written_time = 2e-3;
   expect(calibrated(),
-         {"usage: ", "condition 'white_1500': you wrote 'integration_time: 2 ms'", "the capture says 4 ms"});
+         {"usage: ", "condition 'white_1500': you wrote 'integration_time: 2 ms'", "the capture states 4 ms"});
 }
 
 TEST_F(Mistakes, CapturesOfAnotherCamera) {
@@ -187,7 +188,7 @@ TEST_F(Mistakes, BoardsThatWereCorrectedAlready) {
   for (Board& b : boards) b.applied = "four_phase_decoder offset_correction offset";
   expect(calibrated(), {"usage: ", "offset_correction applied", "from before that stage"});
   for (Board& b : boards) b.applied = "four_phase_decoder model_correction";
-  expect(calibrated(), {"notes: ", "model_correction applied: what it corrected is not found again"});
+  expect(calibrated(), {"notes: ", "model_correction applied: errors that it corrected are not part of the result"});
 }
 
 TEST_F(Mistakes, SomeBoardsThatWereCorrectedAlready) {
@@ -205,8 +206,8 @@ TEST_F(Mistakes, WhatDoesNotImproveHeldOutBoardsIsNotWritten) {
   std::erase_if(boards, [](const Board& b) { return b.distance != 0.75 && b.distance != 2.0 && b.distance != 4.0; });
   for (Board& b : boards) b.written_distance += b.distance == 2 ? 0.028 : -0.002;
   const std::string said = calibrated();
-  expect(said, {"refused: calibrate offset", "each distance left out", "remain of", "likely causes", "--force"});
-  expect(calibrated("offset", true), {"notes: the calibration does not improve conditions that were held out"});
+  expect(said, {"refused: calibrate offset", "each distance held out", "remain of", "likely causes", "--force"});
+  expect(calibrated("offset", true), {"notes: the calibration does not improve held-out conditions"});
 }
 
 }  // namespace

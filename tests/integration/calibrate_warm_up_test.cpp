@@ -279,7 +279,8 @@ TEST_F(WarmUp, TooShortIsSaidWithTheLengthThatWouldDo) {
   record("a.h5", {10e-3, 3.0, 0, 15 * minute}, 8 * minute, 10, 3 * mm);
   const Outcome nothing = run("calibrate warm-up campaign.yaml -o v.yaml");
   EXPECT_EQ(nothing.exit_code, 2) << nothing.err;
-  EXPECT_NE(nothing.err.find("they are too short to tell\n  record for 36.00 min"), std::string::npos) << nothing.err;
+  EXPECT_NE(nothing.err.find("they are too short to exclude one\n  record for 36.00 min"), std::string::npos)
+      << nothing.err;
 }
 
 TEST_F(WarmUp, ATimeThatNobodyKnowsIsAnError) {

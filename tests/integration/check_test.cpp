@@ -93,7 +93,7 @@ TEST_F(Check, OpensTheCapturesOfACampaign) {
   const Outcome outcome = check("campaign.yaml");
   expect_said(outcome, 2, "campaign.yaml:4:22: error: 'capture': ");
   expect_said(outcome, 2, "campaign.yaml:5:22: error: 'capture': the capture is 176 x 132 px, the camera 'camcube2'");
-  expect_said(outcome, 2, "'capture': the capture has 3 frames, counted from 0: frame 19 is not there");
+  expect_said(outcome, 2, "'capture': the capture has 3 frames, counted from 0: frame 19 does not exist");
 }
 
 std::size_t count(const std::string& text, const std::string& words) {
@@ -111,7 +111,7 @@ TEST_F(Check, SaysWhereACaptureHasAnotherIntegrationTime) {
   for (const std::string id : {"a", "c"}) record(id + ".h5", "camcube2", 2e-3);
   record("b.h5", "camcube2", 2e-6);
   const Outcome one = check("campaign.yaml");
-  expect_said(one, 0, "campaign.yaml:11:23: warning: 'integration_time' is 2 ms, the capture says 2 us");
+  expect_said(one, 0, "campaign.yaml:11:23: warning: 'integration_time' is 2 ms, the capture states 2 us");
   EXPECT_EQ(count(one.err, "warning: "), 1U) << one.err;
   for (const std::string id : {"a", "c"}) record(id + ".h5", "camcube2", 2e-6);
   const Outcome all = check("campaign.yaml");

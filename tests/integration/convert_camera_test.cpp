@@ -103,7 +103,7 @@ constexpr const char* azure = R"({"CalibrationInformation":{"Cameras":[
 
 TEST_F(ConvertCamera, AzureKinectNeedsItsDepthMode) {
   const std::string all = refused("azure.json", azure);
-  EXPECT_THAT(all, HasSubstr("nothing states its depth mode"));
+  EXPECT_THAT(all, HasSubstr("its depth mode is not stated"));
   EXPECT_THAT(all, HasSubstr("--depth-mode nfov         640 x 576 px"));
   const auto camera = converted("azure.json --depth-mode nfov");
   ASSERT_TRUE(camera);
@@ -163,7 +163,7 @@ TEST_F(ConvertCamera, WhatAProfileCannotHoldIsRefused) {
       refused("inverse.json",
               "{\"width\":8,\"height\":6,\"ppx\":4,\"ppy\":3,\"fx\":4,\"fy\":4,\"model\":\"Inverse Brown Conrady\","
               "\"coeffs\":[0.1,0,0,0,0]}"),
-      HasSubstr("maps the other way round"));
+      HasSubstr("maps in the inverse direction"));
   EXPECT_THAT(
       refused("short.cameramodel", "{'lensmodel': 'LENSMODEL_OPENCV5', 'intrinsics': [1, 1, 2], 'imagersize': [8, 6]}"),
       HasSubstr("has 3 intrinsics, expected 9"));

@@ -78,15 +78,15 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   simulate();
   change(1, "distance: 1.1 m", "distance: 11 m");
   const Outcome refused = diagnose();
-  expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // plus the millimetres of the wiggle
-  expect_said(refused, "correct it, or go on without the condition: --exclude-condition ");
+  expect_said(refused, "you wrote 'distance: 11 m', the data indicate 1.1");  // plus the millimetres of the wiggle
+  expect_said(refused, "correct it, or continue without the condition: --exclude-condition ");
   expect_said(refused, " |     board: {distance: 11 m");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
   expect_said(diagnose("--skip nothing"), "--exclude-condition: error: there is no condition 'nothing'\n");
   const std::size_t at = refused.err.rfind("--exclude-condition ") + 20;
   const Outcome skipped = diagnose("--max-effects 0 --skip " + refused.err.substr(at, refused.err.find('\n', at) - at));
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
-  EXPECT_TRUE(notes("--exclude-condition says so"));
+  EXPECT_TRUE(notes("by --exclude-condition"));
   EXPECT_EQ(report()["data"]["conditions"], 7);
 }
 
@@ -174,7 +174,7 @@ TEST_P(PixelsOutsideTheLens, AreLeftOut) {
   double told = 0;
   const auto said = report();
   for (const std::string note : said.at("notes")) {
-    const std::size_t end = note.find(" % of the pixels are outside the lens model and are left out");
+    const std::size_t end = note.find(" % of the pixels are outside the lens model and are excluded");
     if (end != std::string::npos) told = std::stod(note.substr(0, end)) / 100;
   }
   EXPECT_NEAR(told, share_outside(GetParam()), 0.01) << said["notes"];

@@ -121,7 +121,7 @@ TEST_P(DamagedCapture, IsOneErrorOfEachCommand) {
   const std::string evaluation = "evaluate campaign.yaml -o e";  // readable content
   const Outcome outcome = shell("\"$TOFGRAPH\" " + evaluation, folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("a: left out: the capture bad.h5"));
+  EXPECT_THAT(outcome.err, HasSubstr("a: excluded: the capture bad.h5"));
   expect_no_library(evaluation, outcome);
 }
 

@@ -42,7 +42,7 @@ TEST_F(ModelCorrectionNode, TakesAModelInPlaceAndExplainSaysWhatBecomesOfEachEff
   for (const char* words : {"undoes wiggling: each pixel's distance is corrected",
                             "undoes lens_distortion: the frames have the corrected camera",
                             "leaves board_tilt: belongs to the set-up, not to the camera",
-                            "leaves mixed_pixels: mixes neighbours so much", "replaces the rays"})
+                            "leaves mixed_pixels: mixes neighbours so strongly", "replaces the rays"})
     EXPECT_NE(explained.out.find(words), std::string::npos) << words << "\n" << explained.out;
   const Outcome outcome = shell("\"$TOFGRAPH\" run p.yaml", folder.path());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

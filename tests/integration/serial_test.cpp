@@ -46,7 +46,7 @@ TEST_F(Serial, ALensOrAModelOfAnotherDeviceIsRefusedUnlessInsistedOn) {
     EXPECT_THAT(refused.err, HasSubstr("is of the camera with the serial L7-099, the frames are of L7-042"));
     const Outcome used = run(stages, "--other-serial");
     EXPECT_EQ(used.exit_code, 0) << used.err;
-    EXPECT_THAT(used.err, HasSubstr("L7-099, the frames are of L7-042: it is used nevertheless"));
+    EXPECT_THAT(used.err, HasSubstr("L7-099, the frames are of L7-042: it is used anyway"));
   }
 }
 

@@ -118,7 +118,7 @@ table:
   const std::string said = mistakes(folder.path() / "t.yaml");
   for (const char* line : {"csv:2:1: error: 'sources' names 'middle', which the camera does not have",
                            "csv:2:8: error: the time_since_power_on '-1' must not be negative",
-                           "csv:2:11: error: the frames '0.5' must be a whole number from 1 on",
+                           "csv:2:11: error: the frames '0.5' must be a whole number of at least 1",
                            "csv:3:1: error: 'sources' names 'left' twice"})
     EXPECT_THAT(said, testing::HasSubstr(line));
   std::string wrong = text;
@@ -182,7 +182,7 @@ TEST(Campaign, SeveralAreJoined) {
   write_text(folder.path() / "d.h5", "");
   write_text(folder.path() / "d.yaml",
              "campaign: 1\ncamera: camcube2\nconditions: [{capture: d.h5, board: {distance: 1 m}}]\n");
-  EXPECT_THAT(said("[a.yaml, d.yaml]"), testing::HasSubstr("has captures where the others have tables"));
+  EXPECT_THAT(said("[a.yaml, d.yaml]"), testing::HasSubstr("has captures while the others have tables"));
 }
 
 }  // namespace

@@ -148,7 +148,7 @@ TEST_F(CaptureFile, WhatIsBeingWrittenIsNotRepaired) {
   EXPECT_EQ(io::CaptureReader(part).frames(), 1U) << "readers are welcome";
   // A file of the same name that another process creates meanwhile is kept, and so is the recording.
   write_text(path, "precious");
-  expect_words(thrown([&] { writer.finish(); }), {"a.h5 was made by somebody else meanwhile", "-o OTHER.h5"});
+  expect_words(thrown([&] { writer.finish(); }), {"a.h5 was made by another program meanwhile", "-o OTHER.h5"});
   EXPECT_EQ(read_text(path), "precious");
   EXPECT_EQ(io::CaptureReader(part).frames(), 1U);
 }

@@ -95,7 +95,7 @@ TEST_F(DamagedImage, NpyThatDoesNotHoldWhatItAnnouncesIsRefused) {
   EXPECT_THAT(refusal(npy("<f8", "(6,)", data)), HasSubstr("has 1 dimensions, expected 2"));
   EXPECT_THAT(refusal(npy("<f8", "()", data)), HasSubstr("has 0 dimensions"));
   EXPECT_THAT(refusal(npy("<f8", "(1, 2, 3, 1)", data)), HasSubstr("has 4 dimensions"));
-  EXPECT_THAT(refusal(npy("<f8", "(1, 1, 6)", data)), HasSubstr("has 6 values a pixel, expected 1 to 3"));
+  EXPECT_THAT(refusal(npy("<f8", "(1, 1, 6)", data)), HasSubstr("has 6 values per pixel, expected 1 to 3"));
   EXPECT_THAT(refusal(npy("<f8", "(1, 1, 2)", data)),
               HasSubstr("announces 1 x 1 x 2 values of 8 bytes, 16 bytes in all"));
   EXPECT_THAT(refusal(npy("<c16", "(2, 3)", data)), HasSubstr("type '<c16'"));

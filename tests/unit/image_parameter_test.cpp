@@ -154,7 +154,7 @@ TEST_F(ImageParameter, OfAMapThatAnnouncesMoreThanItHoldsIsRefused) {
   write("bomb.h5", 20000);
   write("hollow.h5", 204);
   expect_refusal(file("bomb.h5"), "'map' announces 20000 x 20000 pixels");
-  expect_refusal(file("hollow.h5"), "'map' is not stored whole");
+  expect_refusal(file("hollow.h5"), "'map' is incomplete");
 }
 
 TEST_F(ImageParameter, AFolderMustBeThere) {

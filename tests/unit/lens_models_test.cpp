@@ -264,7 +264,7 @@ TEST_F(LensModels, AFieldOfViewIsALastResortWithAWarning) {
   EXPECT_NEAR(camera->view().focal_px[1], 40 / std::tan(40 * M_PI / 180), 1e-9);
   EXPECT_EQ(camera->view().principal_point[0], 47.5);
   ASSERT_EQ(diagnostics.all().size(), 1U);
-  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("is all that is known of the lens"));
+  EXPECT_THAT(diagnostics.all()[0].message, HasSubstr("is known of the lens"));
   const io::CameraPtr fisheye =
       io::load_profile(write("f.yaml", head + "lens: fisheye\nfield_of_view: [130 deg, 100 deg]\n"), diagnostics);
   ASSERT_TRUE(fisheye);

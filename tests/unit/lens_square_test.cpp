@@ -37,7 +37,8 @@ std::string said(double scale, std::initializer_list<double> distances, double o
 
 TEST(LensSquare, SquaresThatAreTooSmallAreNamedWithTheSizeThatFits) {
   const std::string text = said(25.0 / 30, {0.45, 0.6, 0.75, 0.9});
-  EXPECT_NE(text.find("Squares of 30 mm would fit the distances, the campaign says 25 mm"), std::string::npos) << text;
+  EXPECT_NE(text.find("Squares of 30 mm would fit the distances, the campaign states 25 mm"), std::string::npos)
+      << text;
 }
 
 TEST(LensSquare, AnOffsetAndWigglingAreNoOtherSize) {

@@ -89,7 +89,7 @@ class Check {
       return {};
     std::string ids;
     for (const Condition* condition : conditions) ids += (ids.empty() ? "" : ",") + condition->id;
-    return fmt::format("; or leave {} out: --exclude-condition {}", conditions.size() == 1 ? "it" : "them", ids);
+    return fmt::format("; or exclude {}: --exclude-condition {}", conditions.size() == 1 ? "it" : "them", ids);
   }
 
   Opened one(const Condition& condition, const CaptureFacts& capture) {
@@ -102,10 +102,10 @@ class Check {
     if (camera != nullptr && header.camera != camera->name) opened.camera = header.camera;
     if (capture.frames > 0) opened.time = capture.first.integration_time;
     if (condition.frames && (*condition.frames)[1] >= capture.frames)
-      mistake(condition, fmt::format("the capture has {}, counted from 0: frame {} is not there",
+      mistake(condition, fmt::format("the capture has {}, counted from 0: frame {} does not exist",
                                      config::counted(capture.frames, "frame"), (*condition.frames)[1]));
     if (std::isnan(condition.integration_time) && capture.frames > 0 && std::isnan(opened.time))
-      obstacle(condition, "capture", "neither it nor its capture says the integration time",
+      obstacle(condition, "capture", "neither it nor its capture states the integration time",
                "example: integration_time: 1 ms");
     exposures(condition, capture);
     if (camera != nullptr) {
@@ -137,7 +137,7 @@ class Check {
       const bool all = conditions.size() == campaign_.conditions.size();
       const std::string own = campaign_.camera->view().name;
       const std::string hint =
-          !all ? "one search is of one camera"
+          !all ? "one search is for one camera"
           : find_profile(camera, {}).empty()
               ? fmt::format("write the path of the profile with the name '{}' as the campaign's camera", camera)
               : fmt::format("write in the campaign: camera: {}", camera);
@@ -243,8 +243,8 @@ std::string other_exposures(const CaptureFacts& capture, const tofgraph_camera& 
     return {};
   return fmt::format(
       "has {}, the camera '{}' has {}",
-      own.empty() ? fmt::format("{} exposures a frame", capture.exposures) : physics::exposures_text(own), camera.name,
-      physics::exposures_text(cameras));
+      own.empty() ? fmt::format("{} exposures per frame", capture.exposures) : physics::exposures_text(own),
+      camera.name, physics::exposures_text(cameras));
 }
 
 bool is_other_integration_time(double a, double b) { return std::abs(a / b - 1) > 0.01; }
@@ -293,9 +293,9 @@ std::vector<config::Diagnostic> unlikely_integration_times(std::span<const Condi
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     if (other[i])
       warn(conditions[i],
-           fmt::format("'integration_time' is {}, the capture says {}", format_quantity(written[i], "s"),
+           fmt::format("'integration_time' is {}, the capture states {}", format_quantity(written[i], "s"),
                        format_quantity(recorded[i], "s")),
-           "diagnose and calibrate refuse the condition unless its amplitudes agree with what is written here");
+           "diagnose and calibrate refuse the condition unless its amplitudes agree with the time written here");
     if (!outside(written[i]) || outside_is_told) continue;
     outside_is_told = true;
     warn(

@@ -41,7 +41,7 @@ Failure explained(const std::string& words) {
     const std::size_t begin = at + system.size();
     return {.text = words.substr(begin, words.find('\'', begin) - begin)};
   }
-  if (says("allocation failed")) return {.text = "it asks for more memory than is allowed"};
+  if (says("allocation failed")) return {.text = "it needs more memory than is allowed"};
   return {.text = "HDF5 cannot read it"};
 }
 

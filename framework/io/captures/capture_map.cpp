@@ -73,8 +73,7 @@ ImageData load(const std::string& file, const std::string& wanted) {
   if (const std::string missing = h5::missing_filter(data); !missing.empty())
     throw std::runtime_error(fmt::format("{}: '{}' {}", file, dataset, missing));
   if (!is_stored_whole(data, space, static_cast<std::size_t>(rank), extent))
-    throw std::runtime_error(
-        fmt::format("{}: '{}' is not stored whole: parts of it were never written", file, dataset));
+    throw std::runtime_error(fmt::format("{}: '{}' is incomplete: parts of it were never written", file, dataset));
   ImageData image;
   image.rows = extent[0];
   image.columns = extent[1];

@@ -108,9 +108,8 @@ std::string CaptureWriter::problem(const fs::path& file, bool overwrite) {
   std::error_code error;
   if (!why_not.empty() || !fs::exists(fs::symlink_status(part, error))) return why_not;
   return fmt::format(
-      "{} already exists: a recording that is still running, or the frames of one that was cut off; it is never "
-      "replaced: "
-      "read it (capture_reader file={}), make a capture of it (tofgraph repair {}), or move it away",
+      "{} already exists: a recording that is still running or was cut off; it is never replaced: read it "
+      "(capture_reader file={}), make a capture of it (tofgraph repair {}), or move it away",
       part.string(), part.string(), part.string());
 }
 

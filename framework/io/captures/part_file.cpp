@@ -56,10 +56,10 @@ void PartFile::sync() const {
 void PartFile::give_name(const fs::path& name, bool overwrite) const {
   const int error = overwrite ? (rename(path_.c_str(), name.c_str()) == 0 ? 0 : errno) : rename_to_new(path_, name);
   if (error == EEXIST)
-    fail(
-        fmt::format("is complete, but {} was made by somebody else meanwhile: it is not replaced; 'tofgraph repair {} "
-                    "-o OTHER.h5' makes a capture of the recording",
-                    name.string(), path_.string()));
+    fail(fmt::format(
+        "is complete, but {} was made by another program meanwhile: it is not replaced; 'tofgraph repair {} "
+        "-o OTHER.h5' makes a capture of the recording",
+        name.string(), path_.string()));
   if (error != 0) fail("cannot be renamed: " + reason(error));
 }
 

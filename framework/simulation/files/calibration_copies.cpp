@@ -75,7 +75,7 @@ class CalibrationCheck {
       const config::Entry* name = document.find("camera");
       if (name == nullptr || name->value.text != view.name)
         refuse(name != nullptr ? name->value.at : document.at,
-               fmt::format("the calibration is of another camera than '{}'", view.name));
+               fmt::format("the calibration is for another camera than '{}'", view.name));
     }
   }
 

@@ -146,8 +146,8 @@ void check_serial(io::CameraFolder& folder, const io::FolderEntry& entry, const 
   if (problem.empty()) return;
   if (!options.other_serial)
     throw config::ConfigurationError(
-        fmt::format("{}: error: {}\n         --other-serial adds it nevertheless\n", file.string(), problem));
-  remarks.push_back(fmt::format("{} {}: it is added nevertheless", file.string(), problem));
+        fmt::format("{}: error: {}\n         --other-serial adds it anyway\n", file.string(), problem));
+  remarks.push_back(fmt::format("{} {}: it is added anyway", file.string(), problem));
 }
 
 }  // namespace

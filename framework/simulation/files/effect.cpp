@@ -57,7 +57,8 @@ void Effect::apply(tofgraph_light_state& state) const {
   if (border().apply(instance_.self(), &state) == TOFGRAPH_STATUS_OK && failure.text.empty()) return;
   const graph::Failure thrown = std::exchange(failure, {});
   throw EffectError(name(), thrown.parameter,
-                    thrown.text.empty() ? "failed without saying why" : thrown.message(descriptor()), thrown.defect);
+                    thrown.text.empty() ? "failed without an error message" : thrown.message(descriptor()),
+                    thrown.defect);
 }
 
 }  // namespace tofgraph::simulation

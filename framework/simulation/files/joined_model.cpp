@@ -137,10 +137,10 @@ class ModelJoiner {
     const auto own = std::ranges::find(own_, effect.name, &JoinedEffect::name);
     if (own != own_.end())
       notes_.push_back(
-          fmt::format("{}: that of the {} calibration is used, not that of the model", effect.name, own->kind));
+          fmt::format("{}: the one of the {} calibration is used, not the one of the model", effect.name, own->kind));
     else if (raw_offset_ && !unseen_by_boards(effect.name, registry_))
       notes_.push_back(
-          fmt::format("{}: left out of the model, since the offset calibration, whose boards had no model "
+          fmt::format("{}: excluded from the model, since the offset calibration, whose boards had no model "
                       "undone, contains it",
                       effect.name));
     else
@@ -157,11 +157,11 @@ class ModelJoiner {
     if (const auto heated = std::ranges::find(used_, warm_up_name, &JoinedEffect::name);
         heated != used_.end() && effect_number(heated->value, "exponent", "") != 0)
       notes_.emplace_back(
-          "warm_up: its drift depends on the integration time, the constant that is taken out is that of its "
+          "warm_up: its drift depends on the integration time, the constant that is removed is that of its "
           "reference_time");
     if (raw_offset_ || !model_.empty())
       notes_.push_back(fmt::format(
-          "constant: {:+.2f} mm are added, so that the constants of the joined effects are those of {}, once",
+          "constant: {:+.2f} mm are added, so that the joined effects contain the constant of {} exactly once",
           difference * 1e3, raw_offset_ ? "the offset calibration" : "the model"));
     const auto there = std::ranges::find(used_, constant_name, &JoinedEffect::name);
     const double all = difference + (there != used_.end() ? constant_of(*there) : 0);
