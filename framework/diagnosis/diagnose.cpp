@@ -48,7 +48,7 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
     try {
       candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
     } catch (const std::runtime_error& error) {
-      notes.push_back(fmt::format("The effect {} is left out: {}", file.name, error.what()));
+      notes.push_back(fmt::format("The effect {} is excluded: {}", file.name, error.what()));
     }
   }
   return candidates;
@@ -65,7 +65,7 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
           fmt::format("--exclude-condition: error: there is no condition '{}'\n         {}", id,
                       config::suggestion(id, ids, "conditions")));
     }
-    notes.push_back(fmt::format("Left out: {}: --exclude-condition says so", id));
+    notes.push_back(fmt::format("Excluded: {}: by --exclude-condition", id));
     campaign.conditions.erase(found);
   }
 }
@@ -108,7 +108,7 @@ class Run {
     require_consistent(d_->measurements);
     problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note(notes_on(d_->measurements, *problem_));
-    progress(read_by, "asking what these data can show");
+    progress(read_by, "determining what these data can show");
     d_->given->hold_undetermined(*problem_, d_->candidates);
     d_->model_terms = d_->given->terms();
     d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
@@ -120,11 +120,11 @@ class Run {
     }
     note(d_->given->notes());
     if (has_maps(d_->search.after.state)) {
-      progress(found_by, "looking at every pixel");
+      progress(found_by, "fitting every pixel");
       d_->maps = pixel_maps(d_->measurements, *problem_, d_->search.after.state);
       note(notes_on_maps(d_->maps));
     }
-    progress(found_by, "putting numbers on it");
+    progress(found_by, "computing values and intervals");
     validate();
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, *problem_, d_->search.after.state);
@@ -175,7 +175,7 @@ class Run {
       throw config::ConfigurationError(
           fmt::format("{}: error: the model {}\n         give a model of that device, or --other-serial uses this one",
                       options_.model.string(), problem));
-    d_->notes.push_back(fmt::format("The model {}: --other-serial uses it nevertheless.", problem));
+    d_->notes.push_back(fmt::format("The model {}: --other-serial uses it anyway.", problem));
   }
 
   void progress(double share, const std::string& what) const {
@@ -218,14 +218,15 @@ class Run {
       if (!options_.skip_missing && !condition.capture.empty() && !std::filesystem::exists(condition.capture))
         diagnostics.error(
             condition.place("capture"), fmt::format("'capture': there is no file {}", condition.capture.string()),
-            fmt::format("--exclude-condition {} goes on without it, --skip-missing without all that are not there",
+            fmt::format("--exclude-condition {} continues without it, --skip-missing without all missing captures",
                         condition.id));
     }
     if (!simulation::is_for(d_->model, *campaign.camera))
-      diagnostics.error(d_->model.camera_at,
-                        fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'",
-                                    d_->model.camera, options_.data.string(), campaign.camera_name),
-                        "give the model that was made for this camera, or change its camera: if it is meant for it");
+      diagnostics.error(
+          d_->model.camera_at,
+          fmt::format("the model is for the camera '{}', the campaign {} was made with '{}'", d_->model.camera,
+                      options_.data.string(), campaign.camera_name),
+          "give the model that was made for this camera, or change its camera: if it is intended for this camera");
     io::check_captures(campaign, io::CapturesFor::search, diagnostics);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     warn_of_targets(campaign);
@@ -250,7 +251,7 @@ class Run {
   void validate() {
     const CrossFit& folds = d_->search.cross_fit;
     if (folds.empty() && !d_->search.time_expired)
-      d_->notes.push_back("No setting has levels enough to put some aside: the gap is that of the fit itself.");
+      d_->notes.push_back("No setting has enough levels to hold some out: the gap is that of the fit itself.");
     for (const FoldResult& fold : folds.folds) {
       if (!fold.failed.empty())
         d_->notes.push_back(fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting,
@@ -333,9 +334,9 @@ class Run {
     if (d_->search.cross_fit.empty() && !d_->search.found.empty() && !d_->search.time_expired)
       d_->notes.push_back(
           "Nothing could be held out: these conditions have neither four distances nor several targets or sessions. "
-          "What is named is not proven out of sample.");
+          "The named effects are not validated out of sample.");
     for (const auto& [name, why] : d_->search.refused)
-      d_->notes.push_back(fmt::format("The effect {} was left out: {}", name, why));
+      d_->notes.push_back(fmt::format("The effect {} was excluded: {}", name, why));
     for (const EffectFinding& tried : d_->search.dropped)
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
   }

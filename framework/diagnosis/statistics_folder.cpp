@@ -64,7 +64,7 @@ io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   if (campaign.from_table)
     refuse(fmt::format("{} is a table of means, which has no captures to reduce", file.string()),
-           "diagnose takes it as it is");
+           "diagnose reads it directly");
   io::Campaign part = campaign;
   part.conditions.clear();
   for (std::size_t i = 0; i < campaign.conditions.size(); ++i) {
@@ -73,7 +73,7 @@ io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
     if (!fs::exists(c.capture))
       diagnostics.error(c.place("capture"), fmt::format("'capture': there is no file {}", c.capture.string()));
     else if (io::is_statistics(c.capture))
-      diagnostics.error(c.place("capture"), "'capture': these are statistics already", "give the campaign of captures");
+      diagnostics.error(c.place("capture"), "'capture': these are already statistics", "give the campaign of captures");
     part.conditions.push_back(c);
   }
   if (diagnostics.ok()) io::check_captures(part, io::CapturesFor::search, diagnostics);
@@ -206,7 +206,7 @@ class Merge {
   explicit Merge(std::span<const fs::path> folders) {
     for (const fs::path& folder : folders) {
       if (!fs::is_directory(folder))
-        refuse(folder.string() + " is not a folder of statistics", "give what reduce wrote");
+        refuse(folder.string() + " is not a folder of statistics", "give a folder written by reduce");
       for (ShardRecord& record : read_records(folder)) records_.push_back(std::move(record));
     }
     if (records_.empty())
@@ -254,7 +254,7 @@ class Merge {
   void check_campaign() const {
     const ShardRecord& first = records_.front();
     for (const ShardRecord& r : records_) {
-      if (!fs::exists(r.campaign)) refuse(fmt::format("the campaign {} is not there", r.campaign.string()), again(r));
+      if (!fs::exists(r.campaign)) refuse(fmt::format("the campaign {} is missing", r.campaign.string()), again(r));
       if (r.campaign_sha256 != io::sha256_of_file(r.campaign))
         refuse(
             fmt::format("the campaign {} has changed since shard {} was reduced", r.campaign.string(), r.shard.text()),
@@ -274,7 +274,7 @@ class Merge {
         if (!added && at->second.condition->key != c.key)
           refuse(fmt::format("the shards {} and {} have different statistics of the condition '{}'",
                              at->second.record->file.string(), record.file.string(), c.id),
-                 "reduce both again, or remove the one of another division");
+                 "reduce both again, or remove the shard of the other division");
         check_file(c, record, folder);
       }
     }

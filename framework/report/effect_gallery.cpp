@@ -123,7 +123,7 @@ class Gallery {
       page.figures(series(model), fmt::format("{} with {}", descriptor.name,
                                               made.parameters.empty() ? "its defaults" : made.parameters));
     } catch (const EffectError& error) {
-      page.paragraph(fmt::format("No picture, because it needs data of its own: {}", error.what()));
+      page.paragraph(fmt::format("No picture, because it needs its own data: {}", error.what()));
     }
   }
 
@@ -211,10 +211,8 @@ std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const to
   Page page(fmt::format("Effects of a time-of-flight camera: {}", camera.name));
   page.paragraph(
       "Each effect alone at its typical size, as the difference from the ideal camera. The maps show a wall at 1.5 m "
-      "with a "
-      "board at 1 m in front of the right half of its centre, 2 ms; the curves show the mean over a board that fills "
-      "the view. "
-      "The room is lit and the camera has been on for ten minutes.");
+      "with a board at 1 m in front of the right half of its centre, 2 ms; the curves show the mean over a board that "
+      "fills the view. The room is lit and the camera has been on for ten minutes.");
   page.contents();
   for (std::size_t i = 0; i < effects.size(); ++i) {
     gallery.add(page, registry.load(effects[i]));

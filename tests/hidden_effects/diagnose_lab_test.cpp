@@ -67,7 +67,7 @@ TEST_F(DiagnoseLab, AContrastThatIsNotTheProfilesIsMeasuredAndMakesNoName) {
   const nlohmann::json& contrast = said.at("nuisances").at("contrast");
   EXPECT_NEAR(contrast.at("value"), 0.5, 0.002);
   EXPECT_EQ(contrast.at("profile"), 0.53);
-  EXPECT_NE(outcome.err.find("The profile's contrast is off: 0.53"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("The profile's contrast is wrong: 0.53"), std::string::npos) << outcome.err;
   const nlohmann::json& gaps = said.at("verification");
   EXPECT_LT(gaps.at("all_data").at("written"), gaps.at("all_data").at("given"));
   EXPECT_LT(gaps.at("held_out").at("written"), gaps.at("held_out").at("given"));

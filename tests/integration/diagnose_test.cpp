@@ -146,7 +146,7 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   EXPECT_TRUE(says(refused, "error: condition '" + missing.stem().string() + "'")) << refused.err;
   EXPECT_TRUE(says(refused, missing.filename().string() + ": is not an HDF5 file, or cannot be opened\n"))
       << refused.err;
-  EXPECT_TRUE(says(refused, "--skip-missing goes on without it\n")) << refused.err;
+  EXPECT_TRUE(says(refused, "--skip-missing continues without it\n")) << refused.err;
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "found/report.json"));
   const Outcome skipped = diagnose(folder, "--skip-missing --max-effects 0");
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
@@ -161,7 +161,7 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   ASSERT_EQ(without.exit_code, 0) << without.err;
   EXPECT_TRUE(notes(report(folder, "without"), missing.filename().string())) << report(folder, "without").at("notes");
   const std::string id = missing.stem().string();
-  EXPECT_TRUE(says(absent, "--exclude-condition " + id + " goes on without it")) << absent.err;
+  EXPECT_TRUE(says(absent, "--exclude-condition " + id + " continues without it")) << absent.err;
   EXPECT_EQ(diagnose(folder, "--max-effects 0 --skip " + id, "one").exit_code, 0);
 }
 
@@ -180,7 +180,7 @@ TEST(Diagnose, OneDistanceAndOneFrameAreNoted) {
   const Outcome found = diagnose(folder);
   ASSERT_EQ(found.exit_code, 0) << found.err;
   EXPECT_TRUE(notes(report(folder), "one distance"));
-  EXPECT_TRUE(notes(report(folder), "one frame only"));
+  EXPECT_TRUE(notes(report(folder), "only one frame"));
   EXPECT_FALSE(report(folder)["gap"]["before"].is_null());
   EXPECT_EQ(report(folder).at("verdict"), "nothing_found");
 }
@@ -189,9 +189,9 @@ TEST_F(DiagnoseWiggling, FaultyEffectPluginsAreNamedAndLeftOut) {
   const Outcome found = diagnose(folder, "--plugin-path " TOFGRAPH_BINARY_DIR "/tests/broken_effects", "beside_faulty");
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const auto said = report(folder, "beside_faulty");
-  EXPECT_TRUE(notes(said, "The effect gives_up was left out: ")) << said.at("notes");
+  EXPECT_TRUE(notes(said, "The effect gives_up was excluded: ")) << said.at("notes");
   EXPECT_TRUE(notes(said, "there is no table for this camera")) << said.at("notes");
-  EXPECT_TRUE(notes(said, "The effect gives_nan was left out: ")) << said.at("notes");
+  EXPECT_TRUE(notes(said, "The effect gives_nan was excluded: ")) << said.at("notes");
   // They do not change the result of the search without them.
   ASSERT_EQ(said.at("effects").size(), 1U) << said.at("effects");
   EXPECT_EQ(said["effects"][0]["name"], "wiggling");
@@ -278,7 +278,8 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   EXPECT_EQ(said.at("resampled").size(), 3U);
   for (const auto& next : said.at("next"))
     EXPECT_EQ(next.at("condition").at("lens"), "open") << "means have no amplitudes";
-  EXPECT_NE(read_text(folder.path() / "found/report.html").find("How often each effect is chosen"), std::string::npos);
+  EXPECT_NE(read_text(folder.path() / "found/report.html").find("Selection frequency of each effect"),
+            std::string::npos);
   // Evidence against the named effects is stated beside them: from the campaign, and from the data.
   const std::string html = read_text(folder.path() / "found/report.html");
   for (const char* text : {"2941.4, 3033.1", "no prediction", "inferred with the model, not measured", "capped lens",

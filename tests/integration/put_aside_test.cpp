@@ -126,7 +126,7 @@ TEST_P(PutAside, TwoThatAreLeftAreTooFew) {
     FAIL() << "a fit of two conditions";
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("2 conditions can be used, and a search needs 3 at least"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("left out: 3 that are held out"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("excluded: 3 that are held out"));
   }
   EXPECT_NO_THROW(fit(FoldProblem(*all.design, all.observations, {1, 3, 4}).problem, start));
 }

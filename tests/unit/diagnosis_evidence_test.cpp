@@ -194,7 +194,7 @@ TEST_F(Rail, FewLevelsAndSettingsThatGoTogetherAreNoted) {
     conditions[i].board_distance = 1 + static_cast<double>(i) / 10;
     conditions[i].integration_time = i % 2 == 0 ? 1e-3 : 2e-3;
   }
-  EXPECT_NE(notes(true).find("There are 2 integration times only"), std::string::npos);
+  EXPECT_NE(notes(true).find("There are only 2 integration times"), std::string::npos);
   EXPECT_EQ(notes(true).find("No target was measured"), std::string::npos) << "the light is known";
   EXPECT_NE(notes(false).find("No target was measured at one distance with two integration times"), std::string::npos);
   conditions[1].board_distance = conditions[0].board_distance;

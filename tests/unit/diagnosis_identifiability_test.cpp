@@ -65,7 +65,7 @@ TEST_F(Rail, AShapeThatWentToItsLimitSaysNothing) {
   const Candidate& warm_up = effect("warm_up");
   const Unidentified there = identifiability_at(warm_up, "time_constant", 9, 2);
   EXPECT_TRUE(there.at_limit);
-  EXPECT_EQ(there.why, "its time_constant went to its limit (9 s, of 1 s at least)");
+  EXPECT_EQ(there.why, "its time_constant reached its limit (9 s, at least 1 s)");
   ASSERT_TRUE(there.nonlinear);
   EXPECT_EQ(warm_up.free()[*there.nonlinear].name, "time_constant");
   EXPECT_EQ(identifiability_at(warm_up, "time_constant", 60, 2).why, "");
@@ -80,7 +80,7 @@ TEST_F(Rail, WhatDoesAsMuchIsChosenInItsPlace) {
   EffectFinding found;
   found.name = "zero_offset";
   found.rivals = {{.candidate = &effect("rail_offset"), .tied = true},
-                  {.candidate = &effect("warm_up"), .limit = "its time_constant went to its limit"},
+                  {.candidate = &effect("warm_up"), .limit = "its time_constant reached its limit"},
                   {.candidate = &effect("wiggling")}};
   EXPECT_EQ(found.names(), (std::vector<std::string>{"zero_offset", "rail_offset", "warm_up"}));
 }

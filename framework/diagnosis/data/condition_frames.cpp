@@ -79,7 +79,7 @@ ConditionFrames of_capture(const io::Condition& condition, const io::Camera& cam
 std::array<std::uint64_t, 2> used_frames(const io::Condition& condition, std::uint64_t frames) {
   const std::array<std::uint64_t, 2> used = condition.frames.value_or(std::array<std::uint64_t, 2>{0, frames - 1});
   if (used[1] >= frames)
-    throw std::runtime_error(fmt::format("has {} frames, the campaign wants frame {}", frames, used[1]));
+    throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", frames, used[1]));
   return used;
 }
 

@@ -74,10 +74,10 @@ Design Design::part(std::span<const std::size_t> chosen) const {
 void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
   if (conditions >= settings.min_conditions) return;
   throw std::invalid_argument(
-      fmt::format("{} condition{} can be used, and a search needs {} at least: what is a model's error and what is a "
-                  "condition's own cannot be told apart{}",
+      fmt::format("{} condition{} can be used, and a search needs {} at least: errors of the model and errors of "
+                  "single conditions cannot be distinguished{}",
                   conditions, conditions == 1 ? "" : "s", settings.min_conditions,
-                  left_out.empty() ? "" : "; left out: " + left_out[0]));
+                  left_out.empty() ? "" : "; excluded: " + left_out[0]));
 }
 
 io::Condition stand_in(const io::Condition& capped, const tofgraph_camera& camera) {

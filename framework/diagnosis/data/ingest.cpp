@@ -37,7 +37,7 @@ void complete(io::Condition& condition, const tofgraph_metadata& first) {
   if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
   if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
   if (std::isnan(condition.integration_time))
-    throw std::runtime_error("does not know its integration time; write e.g. integration_time: 1 ms in the campaign");
+    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
 }
 
 /// Result of reading one condition, or the reason why it could not be read.
@@ -80,7 +80,7 @@ class Reader {
     result.recorded_time = frames.facts.first.integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {
-      result.why_not = "its lens is capped: distances without amplitudes say nothing there";
+      result.why_not = "its lens is capped: distances without amplitudes hold no information there";
       return result;
     }
     const std::vector<Signal> base = ideal(condition);
@@ -213,7 +213,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
 
   for (std::size_t i = 0; i < n; ++i) {
     if (missing[i] != 0 && !options.skip_missing)
-      throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing goes on without it",
+      throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing continues without it",
                                            campaign.conditions[i].id, why[i]));
   }
   std::string serial = serial_of(campaign, read);

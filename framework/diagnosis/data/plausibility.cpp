@@ -59,8 +59,9 @@ void require_consistent(const Measurements& measurements) {
   config::Diagnostics diagnostics;
   for (const Contradiction& one : contradictions(measurements)) {
     const io::Condition& condition = measurements.design->conditions()[one.condition];
-    diagnostics.error(condition.place(one.key()), fmt::format("condition '{}': {}", condition.id, one.text),
-                      fmt::format("correct it, or go on without the condition: --exclude-condition {}", condition.id));
+    diagnostics.error(
+        condition.place(one.key()), fmt::format("condition '{}': {}", condition.id, one.text),
+        fmt::format("correct it, or continue without the condition: --exclude-condition {}", condition.id));
   }
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }

@@ -368,7 +368,7 @@ Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::s
   if (sums.frames() < 2 && !noise.known())
     throw std::invalid_argument(
         "there is one frame only and the camera's profile has no read_noise and shot_noise: record some frames of "
-        "each condition, or write its own read_noise and shot_noise, in counts, into the profile");
+        "each condition, or write its read_noise and shot_noise, in counts, into the profile");
   const std::size_t n = grid * grid;
   Observations out{std::vector<double>(observables * n, 0),
                    std::vector<double>(observables * n, std::numeric_limits<double>::infinity())};

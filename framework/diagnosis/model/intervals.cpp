@@ -180,7 +180,7 @@ std::string limit_of(const FreeParameter& p, double value) {
   const bool open = p.nonlinear && !p.is_angle() && p.maximum - p.minimum > settings.max_interval_width * typical;
   if (!open || value - p.minimum >= settings.near_limit * typical) return "";
   const std::string unit = p.unit.empty() ? "" : " " + p.unit;
-  return fmt::format("its {} went to its limit ({:.3g}{}, of {:.3g}{} at least)", p.name, value, unit, p.minimum, unit);
+  return fmt::format("its {} reached its limit ({:.3g}{}, at least {:.3g}{})", p.name, value, unit, p.minimum, unit);
 }
 
 Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span<const Interval> all,

@@ -52,7 +52,7 @@ std::string fall_text(const Diagnosis& d, std::size_t t) {
   const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
   std::string text = fmt::format("{} → {}", gap(improvement.median_taken_out), gap(improvement.median_with));
   if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds)
-    text += fmt::format("\nin {} of the {} folds that chose it: the others chose what is like it, too",
+    text += fmt::format("\nin {} of the {} folds that chose it: the others also chose a similar effect",
                         improvement.folds_alone, improvement.folds);
   return text;
 }
@@ -74,7 +74,7 @@ void add_found(report::Page& page, const Diagnosis& d) {
   }
   if (rows.empty()) return;
   page.table(Row{"effect", "sizes (95 %)", "held-out gap of the median fold, without it → with it",
-                 "folds that chose it", "what it is"},
+                 "folds that chose it", "description"},
              rows);
 }
 
@@ -98,24 +98,24 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
 void add_nuisances(report::Page& page, const ReportData& data) {
   const std::vector<std::string>& notes = data.d.notes_on_nuisances;
   if (notes.empty()) return;
-  page.paragraph("What is not an effect of the camera, and why residuals below may be larger than noise:");
+  page.paragraph(
+      "Errors that are not effects of the camera, which may make the residuals below larger than the noise:");
   page.list(notes);
   page.paragraph(
-      std::string(
-          "Standard deviations (sd) in the figures hold the noise and what each condition has alone (its board, "
-          "its light), not what several share (a wander, a session).") +
-      (data.d.search.after.state.nuisances.boards ? " What is extended has the shapes of the boards." : ""));
+      std::string("Standard deviations (sd) in the figures contain the noise and the errors of single conditions (its "
+                  "board, its light), not errors shared by several (a drift, a session).") +
+      (data.d.search.after.state.nuisances.boards ? " The extended model includes the shapes of the boards." : ""));
 }
 
 void add_confidence(report::Page& page, const Confidence& c) {
   std::string text = fmt::format(
-      "How far to trust such a verdict: {} campaigns like this one were simulated and searched, with "
-      "nothing or one known effect of its typical size hidden in each.",
+      "Reliability of such a verdict: {} campaigns like this one were simulated and searched, each without a hidden "
+      "effect or with one known effect of typical size.",
       c.cases());
   if (c.named > 0)
-    text += fmt::format(" In {} an effect was named, rightly in {} (one that is tied counts as right).", c.named,
+    text += fmt::format(" In {} an effect was named, correctly in {} (a tied effect counts as correct).", c.named,
                         c.named_right);
-  if (c.silent > 0) text += fmt::format(" In {} nothing was found, rightly in {}.", c.silent, c.silent_right);
+  if (c.silent > 0) text += fmt::format(" In {} nothing was found, correctly in {}.", c.silent, c.silent_right);
   page.paragraph(text);
 }
 
@@ -124,10 +124,9 @@ void add_use(report::Page& page, const Diagnosis& d) {
   const auto added = std::ranges::find(d.effects, "added", &EffectResult::change);
   if (added == d.effects.end()) return;
   page.paragraph(fmt::format(
-      "To use it: model.yaml is the model with what was found. 'tofgraph simulate --model model.yaml' makes "
-      "the recordings of such a camera; the stage model_correction takes out of its recordings what is in "
-      "the camera (a tilted board or a rail is put right in the lab). What each value means: 'tofgraph "
-      "describe {}'.",
+      "To use it: model.yaml is the model with the effects found. 'tofgraph simulate --model model.yaml' makes "
+      "the recordings of such a camera; the stage model_correction removes the camera's effects from its recordings (a "
+      "tilted board or a rail is corrected in the lab). Meaning of each value: 'tofgraph describe {}'.",
       added->name));
 }
 
@@ -136,18 +135,18 @@ void add_verdict(report::Page& page, const ReportData& data) {
   constexpr std::array<const char*, 5> moods = {"bad", "warn", "warn", "good", "plain"};
   page.verdict(summary(d), moods.at(static_cast<std::size_t>(d.verdict)));
   if (!d.campaign_notes.empty()) {
-    page.paragraph("The campaign says of its data:");
+    page.paragraph("The campaign's notes on its data:");
     page.list(d.campaign_notes);
   }
   if (!d.notes_on_found.empty()) {
-    page.paragraph("What the names and values stand for:");
+    page.paragraph("Meaning of the names and values:");
     page.list(d.notes_on_found);
   }
   if (d.confidence) add_confidence(page, *d.confidence);
   page.paragraph(
-      "The gap is what the measurement differs by from a model: root mean square over conditions (one board at one "
+      "The gap is the RMS difference between measurement and model, over conditions (one board at one "
       "distance with one setting) and over the sensor. Distances are along the optical axis, from the sensor plane. "
-      "Simulated: the model as it was; extended: the model with what was found (model.yaml).");
+      "Simulated: the given model; extended: the model with the effects found (model.yaml).");
   add_found(page, d);
   add_use(page, d);
   add_nuisances(page, data);
@@ -157,14 +156,13 @@ void add_verdict(report::Page& page, const ReportData& data) {
           ? "No conditions could be held out: the gap below is that of the conditions that were fitted."
           : fmt::format(
                 "Held out: {} times some levels of a setting (a fold) were held out, effects were chosen and "
-                "fitted without them, and what came out had to predict them (cross-fitting). That holds for the "
-                "columns that say so and for the chart of each condition's gap; all other figures, and the values, are "
-                "of fits to all data. Noise: what frames and repeated conditions say. Noise and scatter: that of the "
-                "frames, and what boards, camera and light differ by from one condition to the next, as the fit says "
-                "of each; {}.{}",
+                "fitted without them, and the result had to predict them (cross-fitting). This applies to the columns "
+                "marked so and to the chart of each condition's gap; all other figures, and the values, are from fits "
+                "to all data. Noise: from frames and repeated conditions. Noise and scatter: noise of the frames, and "
+                "variation of boards, camera and light from one condition to the next, as estimated by the fit; {}.{}",
                 folds.folds.size(),
-                d.search.something_left() ? "with something unexplained that is in it, so compare with the noise"
-                                          : "a gap as large has nothing left to explain",
+                d.search.something_left() ? "it contains an unexplained error, so compare with the noise"
+                                          : "a gap of this size leaves nothing to explain",
                 std::isfinite(d.gaps[null1].before)
                     ? " N1 / 2I and N2 / a are the null channels: sums of the samples that are zero in an ideal "
                       "camera, relative to intensity I and amplitude a."
@@ -208,7 +206,7 @@ std::string unexplained_map(const Diagnosis& d) { return d.search.something_left
 
 report::Page gap_report(const Diagnosis& diagnosis) {
   const ReportData data(diagnosis);
-  report::Page page("Where simulation and measurement differ");
+  report::Page page("Differences between simulation and measurement");
   add_origin(page, data);
   page.heading("Verdict");
   add_verdict(page, data);
@@ -245,12 +243,11 @@ void add_stability(report::Page& page, const ReportData& data) {
       rows.back().push_back(fmt::format("{} of {}", found == one.chosen.end() ? 0 : found->second, one.runs));
     }
   }
-  page.heading("How often each effect is chosen");
+  page.heading("Selection frequency of each effect");
   page.paragraph(
       "Effects were chosen again without each distance, without each target, and without random halves of the levels; "
-      "those that were held out were predicted without being seen. An effect that is chosen in few of these runs rests "
-      "on "
-      "single levels. What an effect is tied with may be chosen in its place.");
+      "the held-out conditions were predicted without being used. An effect that is chosen in few of these runs rests "
+      "on single levels. An effect that is tied with it may be chosen instead.");
   page.table(header, rows);
 }
 

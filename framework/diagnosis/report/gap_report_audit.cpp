@@ -73,8 +73,9 @@ void add_silent(report::Page& page, const Silent& silent) {
   if (silent.advice.empty()) return;
   std::vector<std::string> questions = silent.values;
   if (!silent.blind.empty()) questions.push_back(asked_of(fmt::format("{}", fmt::join(silent.blind, ", or "))));
-  page.paragraph(fmt::format("None of the conditions that were compared tells {}.", fmt::join(questions, ", or ")));
-  page.folded_table("What tells these, from experience", Row{"to know", "from experience"}, silent.advice);
+  page.paragraph(fmt::format("None of the compared conditions can determine {}.", fmt::join(questions, ", or ")));
+  page.folded_table("Experiments that determine these, from experience", Row{"to know", "from experience"},
+                    silent.advice);
 }
 
 /// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
@@ -96,13 +97,12 @@ void add_alike(report::Page& page, const Diagnosis& d) {
       others.push_back({pair.first->name(), pair.second->name(), fmt::format("{:.2f}", pair.cosine)});
   }
   if (!of_found.empty() || !others.empty())
-    page.paragraph(fmt::format(
-        "Some effects look alike in this campaign at their typical sizes, whatever else was measured: the cosine "
-        "between "
-        "what they change is above 0.9, where 1 is the same. A name stands for all that look like it, until the next "
-        "measurement tells; whether they do at the sizes that were fitted says \u201cOther effects in its "
-        "place\u201d.{}",
-        of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
+    page.paragraph(
+        fmt::format("Some effects look alike in this campaign at their typical sizes, whatever else was measured: the "
+                    "cosine between the changes they cause is above 0.9, where 1 means identical. A name stands for "
+                    "all effects that look like it, until another measurement distinguishes them; \u201cOther effects "
+                    "in its place\u201d shows whether they look alike at the fitted sizes.{}",
+                    of_found.empty() && !d.effects.empty() ? " None of them was found." : ""));
   std::vector<Row> rows;
   for (const auto& [name, text] : of_found) rows.push_back({name, text});
   if (!rows.empty()) page.table(Row{"found", "looks like, with the cosine"}, rows);
@@ -115,7 +115,7 @@ void add_alike(report::Page& page, const Diagnosis& d) {
 }  // namespace
 
 void add_blind(report::Page& page, const ReportData& data) {
-  page.heading("What these data could not have shown");
+  page.heading("Effects that these data could not have shown");
   std::vector<std::string> unseen, too_small;
   std::vector<Row> rows;
   for (const Visibility& seen : data.d.audit.effects) {
@@ -128,21 +128,21 @@ void add_blind(report::Page& page, const ReportData& data) {
     page.paragraph("Each known effect of its typical size would have shown in this campaign.");
   if (!unseen.empty())
     page.paragraph(
-        fmt::format("Of these effects the report says nothing. At their typical sizes they show in fewer than {} "
-                    "standard deviations of all data, because they do little here or only what is estimated anyway: "
-                    "{}.",
+        fmt::format("The report cannot say anything about these effects. At their typical sizes they change all data "
+                    "by fewer than {} standard deviations, because they have little influence here or only change "
+                    "quantities that are estimated anyway: {}.",
                     settings.blind_below, fmt::join(unseen, ", ")));
   if (!too_small.empty())
     page.paragraph(fmt::format(
-        "Nor does it of these. The data would tell them from noise, but at their typical sizes no condition "
-        "changes by as much as matters (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null "
-        "channel): {}.",
+        "Nor about these. They could be distinguished from noise, but at their typical sizes no condition changes by a "
+        "relevant amount (0.1 mm; 0.1 % of amplitude or intensity; 0.02 % of a null channel): {}.",
         fmt::join(too_small, ", ")));
   add_alike(page, data.d);
   if (rows.empty()) return;
   page.folded_table(
-      "What it would have shown, and from which size on",
-      Row{"effect", "standard deviations at its typical size", "smallest that would be found / typical size"}, rows);
+      "Effects that would have shown, and their minimum sizes",
+      Row{"effect", "standard deviations at its typical size", "minimum size that would be found / typical size"},
+      rows);
 }
 
 void add_next(report::Page& page, const ReportData& data) {
@@ -156,27 +156,30 @@ void add_next(report::Page& page, const ReportData& data) {
                       shown(next.difference, next.observable, 2) + " of " + label(next.observable)});
   }
   if (rows.empty() && silent.advice.empty()) return;
-  page.heading("What to measure next");
+  page.heading("Next measurement");
   if (const NextCondition* const first = best_condition(d.next); first != nullptr) {
     page.verdict(sentence(*first));
     page.paragraph(
-        "The most telling condition is beside this report as a scene, next_condition.yaml, for tofgraph simulate.");
+        "The most informative condition is written beside this report as a scene, next_condition.yaml, for tofgraph "
+        "simulate.");
   } else {
-    page.verdict("Nothing that was compared, at this campaign's settings or somewhat beyond them, would tell more.");
+    page.verdict(
+        "None of the compared conditions, at this campaign's settings or somewhat beyond them, would provide more "
+        "information.");
   }
   for (const NextCondition& tie : d.next) {
     if (tie.effects.size() > 1 && !tells(tie))
       page.verdict(fmt::format(
-          "To tell {}: none of the conditions that were compared does. What does, from experience: {}{}.",
-          question(tie), has_samples(d) ? "" : "the samples, if the camera gives them; or ", experiments(d, tie)));
+          "None of the compared conditions can distinguish {}. Recommended, from experience: {}{}.", question(tie),
+          has_samples(d) ? "" : "the samples, if the camera gives them; or ", experiments(d, tie)));
   }
   if (!d.next.empty())
     page.paragraph(fmt::format(
-        "Compared were {} conditions with this campaign's settings and some beyond: distances, integration times, "
-        "tilts of 20 deg, targets; time since power-on, one source alone, a lamp, a covered rail, a laser, a turned "
-        "camera, a capped lens. Two models differ there by so many standard deviations (sd) of one condition: noise, "
-        "what boards and light differ by, and what these data leave open of their values. Differences below 0.1 mm "
-        "or 0.1 % are too small to count on; below {} sd a condition tells nothing.",
+        "The comparison covers {} conditions with this campaign's settings and some beyond: distances, integration "
+        "times, tilts of 20 deg, targets; time since power-on, one source alone, a lamp, a covered rail, a laser, a "
+        "turned camera, a capped lens. The difference between two models is given in standard deviations (sd) of one "
+        "condition: noise, variation of boards and light, and the uncertainty of their values. Differences below 0.1 "
+        "mm or 0.1 % are too small to rely on; below {} sd a condition provides no information.",
         d.next.front().candidates, settings.min_distinction));
   if (!rows.empty())
     page.table(Row{"to know", "the best condition", "the models differ there by", "in the conditions so far at most by",

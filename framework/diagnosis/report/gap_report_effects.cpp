@@ -19,9 +19,9 @@ constexpr std::size_t max_correlated = 16;  ///< parameters in a picture
 constexpr double correlated = 0.9;
 
 std::string remark(const ParameterResult& p) {
-  if (p.status == ParameterStatus::not_determined) return "the data leave it where it began";
+  if (p.status == ParameterStatus::not_determined) return "the data do not change its initial value";
   return p.status == ParameterStatus::consistent_with_zero
-             ? "holds zero: the value that changes nothing lies within the interval"
+             ? "contains zero: the value without effect lies within the interval"
              : "";
 }
 
@@ -58,10 +58,10 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
                              names[static_cast<std::size_t>(j)], matrix(i, j));
     }
   }
-  page.paragraph(pairs.empty() ? fmt::format("No two values are correlated by more than {}.", correlated)
-                               : fmt::format("Correlated by more than {}, so that one is known only together with the "
-                                             "other: {}.",
-                                             correlated, pairs));
+  page.paragraph(pairs.empty()
+                     ? fmt::format("No two values have a correlation above {}.", correlated)
+                     : fmt::format("Correlation above {}, so that one is known only together with the other: {}.",
+                                   correlated, pairs));
   if (names.size() > max_correlated) return;
   report::FieldMap map{.title = "correlations of the values", .rows = names.size(), .columns = names.size()};
   map.x_names = map.y_names = names;
@@ -149,25 +149,24 @@ void add_parameters(report::Page& page, const ReportData& data) {
   const Diagnosis& d = data.d;
   page.heading("Values");
   if (d.effects.empty())
-    return page.paragraph("The model has no effect, and none was found: there is nothing to give a value.");
+    return page.paragraph("The model has no effect, and none was found: there are no values to report.");
   page.paragraph(
       "Values of the extended model, fitted to all data, with their 95 % intervals. Typical: the size that the effect "
-      "usually has in such "
-      "cameras. Not determined: the data say no more of it than was supposed before.");
+      "usually has in such cameras. Not determined: the data do not constrain it beyond the prior.");
   std::vector<Row> rows;
   for (const EffectResult& e : d.effects) {
     for (const ParameterResult& p : e.parameters)
       rows.push_back({e.name, p.name, value_text(p), p.nonlinear ? "-" : typical_text(p), remark(p)});
     for (const ParameterResult& p : e.fixed)
       rows.push_back({e.name, p.name, with_uncertainty(p.value, {NAN, NAN}, p.unit), "-",
-                      "fixed: the data do not ask to vary it"});
+                      "fixed: the data do not require it to vary"});
   }
   page.table(Row{"effect", "parameter", "value (95 %)", "typical", "remark"}, rows);
   if (const std::string picture = forest(d); !picture.empty()) {
     const std::vector<std::string> pictures = {picture};
-    page.figures(
-        pictures,
-        "Bars are the 95 % intervals; one that crosses the dashed line at 0 does not exclude that there is none.");
+    page.figures(pictures,
+                 "Bars are the 95 % intervals; a bar that crosses the dashed line at 0 does not exclude that the "
+                 "effect is absent.");
   }
   add_correlations(page, d);
 }
@@ -181,18 +180,18 @@ void add_influence(report::Page& page, const ReportData& data) {
     halves.push_back(half_of(e));
   }
   if (pictures.empty()) return;
-  page.heading("What each name rests on");
+  page.heading("Evidence for each name");
   page.paragraph(
-      "An effect's gain is how much better the model fits with it: the fall of the deviance, which is minus twice the "
-      "logarithm of the likelihood. Shown are the conditions with the largest shares. A name that rests on one or two "
-      "of them is worth a repetition of these.");
+      "An effect's gain is the improvement of the fit by it: the decrease of the deviance, which is minus twice the "
+      "logarithm of the likelihood. Shown are the conditions with the largest shares. If a name rests on one or two of "
+      "them, they should be repeated.");
   page.list(halves);
   page.figures(pictures);
 }
 
 std::string compared(const Rival& rival) {
-  if (rival.tied) return "cannot be told apart (a tie)";
-  return rival.limit.empty() ? "worse" : "does as much, but " + rival.limit;
+  if (rival.tied) return "cannot be distinguished (a tie)";
+  return rival.limit.empty() ? "worse" : "fits as well, but " + rival.limit;
 }
 
 void add_rivals(report::Page& page, const ReportData& data) {
@@ -212,15 +211,15 @@ void add_rivals(report::Page& page, const ReportData& data) {
   if (rows.empty()) return;
   page.heading("Other effects in its place");
   page.paragraph(
-      "How much deviance (minus twice the logarithm of the likelihood) is lost when another effect stands in the place "
-      "of the one that was found, everything fitted anew: the best three, and all that do as much. Two are tied where "
-      "the loss, or what is left of it after the price of more parameters (BIC: the logarithm of the number of "
-      "conditions for each), is below 10, or where conditions differ by more from one to the next than the two models "
-      "do.");
+      "Increase of the deviance (minus twice the logarithm of the likelihood) if another effect replaces the one that "
+      "was found, everything fitted again: the best three, and all that fit as well. Two are tied if the increase, or "
+      "the increase minus the penalty for more parameters (BIC: the logarithm of the number of conditions for each), "
+      "is below 10, or if conditions vary more from one to the next than the two models differ.");
   page.table(Row{"found", "in its place", "deviance lost", ""}, rows);
-  page.figures(pictures,
-               "Where the two models differ, of ties and of the best of the others: what the one expects more than the "
-               "other, mean over each condition's image. A repetition is worth most where they differ most.");
+  page.figures(
+      pictures,
+      "Difference between the two models, for ties and for the best of the others: prediction of the one minus "
+      "prediction of the other, mean over each condition's image. A repetition is most useful where they differ most.");
 }
 
 }  // namespace tofgraph::diagnosis

@@ -237,9 +237,8 @@ void add_click(report::Page& page, const ReportData& data) {
     palette += fmt::format("{}[{},{},{}]", palette.empty() ? "" : ",", colour >> 16U & 0xffU, colour >> 8U & 0xffU,
                            colour & 0xffU);
   page.insert(fmt::format(
-      "<p><label>Distance residuals of one condition over the sensor; choose it here or by a click on any mark that "
-      "stands for it: <select id=\"condition\">{}</select></label></p>\n<figure><div id=\"condition-maps\">The maps "
-      "need a "
+      "<p><label>Distance residuals of one condition over the sensor; choose it here or by a click on any of its "
+      "marks: <select id=\"condition\">{}</select></label></p>\n<figure><div id=\"condition-maps\">The maps need a "
       "browser that runs scripts.</div></figure>\n<script>\nconst grid = {}, palette = [{}], sigmaLimit = {}, "
       "conditions = [{}];{}</script>\n",
       options, data.design.pixels().columns, palette, sigma_limit, list, condition_script));
@@ -258,7 +257,7 @@ void add_folds(report::Page& page, const ReportData& data) {
                                             : fmt::format("{}", fmt::join(result.chosen, ", "))});
   }
   if (rows.empty()) return;
-  page.folded_table("Held-out conditions, and how they were predicted",
+  page.folded_table("Predictions of held-out conditions",
                     Row{"held out", "where that lies", "conditions", "simulated", "extended", "chosen without it"},
                     rows);
 }
@@ -297,10 +296,9 @@ void add_curves(report::Page& page, const ReportData& data) {
   page.heading("Over the distance");
   page.paragraph(
       "Errors of the camera, against an ideal one that looks at the same board: measured (each condition, mean over "
-      "its image; the bar is its 95 % interval from noise and from what boards and light differ by), simulated and "
-      "extended: a line, or a tick for each condition where those at one distance differ. All data were fitted: "
-      "nothing is "
-      "held out here.");
+      "its image; the bar is its 95 % interval from noise and from the variation of boards and light), simulated and "
+      "extended: a line, or a tick for each condition if those at one distance differ. All data were fitted: nothing "
+      "is held out here.");
   std::vector<std::string> charts;
   const bool two = data.evidence.contains(amplitude);
   for (const std::size_t o : {distance, amplitude}) {
@@ -315,7 +313,7 @@ void add_conditions(report::Page& page, const ReportData& data) {
   page.heading("Condition by condition");
   const auto gaps = gaps_by_condition(data.d.search.cross_fit, data.design.size(), distance);
   if (data.d.search.cross_fit.empty()) {
-    page.paragraph("No conditions could be held out: there is no gap of conditions that the search has not seen.");
+    page.paragraph("No conditions could be held out: there is no gap of conditions that the search has not used.");
   } else {
     const std::vector<std::string> charts = {gap_chart(data, gaps)};
     page.figures(
@@ -332,9 +330,8 @@ void add_maps(report::Page& page, const ReportData& data) {
   page.heading("Over the sensor");
   page.paragraph(
       "Residuals, measured minus simulated and measured minus extended, mean over all conditions, on one scale. Beside "
-      "them the same in standard deviations (sd) of that mean: within 3 sd it is what chance gives, from 5 on colours "
-      "do "
-      "not change any more. All data were fitted: nothing is held out here.");
+      "them the same in standard deviations (sd) of that mean: values within 3 sd are compatible with chance, beyond 5 "
+      "sd the colours do not change any more. All data were fitted: nothing is held out here.");
   bool folded = false;
   for (const auto& [o, e] : data.evidence) {
     if (o == intensity) {

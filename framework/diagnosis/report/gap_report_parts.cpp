@@ -103,10 +103,11 @@ std::string sides_of(const NextCondition& next, const char* between) {
 std::string sentence(const NextCondition& next) {
   if (next.sigma < settings.min_distinction)
     return fmt::format(
-        "None of {} conditions tells {}: in the best one the models differ by {:.1f} standard deviations of one "
+        "None of {} conditions can {}: in the best one the models differ by {:.1f} standard deviations of one "
         "condition.",
         next.candidates,
-        next.effects.size() > 1 ? sides_of(next, " and ") + " apart" : asked_of(next.effects.front(), next.value),
+        next.effects.size() > 1 ? "distinguish " + sides_of(next, " and ")
+                                : "determine " + asked_of(next.effects.front(), next.value),
         next.sigma);
   const std::string models =
       next.effects.size() > 1 ? sides_of(next, " and ") + " differ"

@@ -104,20 +104,20 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
                     report::plain(p.p_value, 2)});
   if (rows.empty())
     return page.paragraph(fmt::format(
-        "Before the search no curve over a setting is beyond chance, by sign flips of whole conditions (p at most "
+        "Before the search no curve over a setting is significant, by sign flips of whole conditions (p at most "
         "{}).{}",
         false_discoveries,
-        d.search.found.empty() ? ""
-                               : " What the verdict names was told by its own shape, which is sharper than these."));
-  page.paragraph(fmt::format(
-      "Before the search the gap followed these settings beyond chance: curves without physics, the largest of each "
-      "observable first, {}. They overlap. x, y and radius are places in the image, incidence is the angle of the "
-      "light "
-      "on the board, a period that of a wave over the distance. p is how often chance does as much, when whole "
-      "conditions change their signs at random.",
-      rows.size() < sure.size()
-          ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
-          : fmt::format("{} in all", rows.size())));
+        d.search.found.empty()
+            ? ""
+            : " The named effects were identified by their signatures, which are more specific than these patterns."));
+  page.paragraph(
+      fmt::format("Before the search the gap depended significantly on these settings: curves without physics, the "
+                  "largest of each observable first, {}. They overlap. x, y and radius are positions in the image, "
+                  "incidence is the angle of the light on the board, a period is that of a wave over the distance. p "
+                  "is the probability of such a curve by chance, when whole conditions change their signs at random.",
+                  rows.size() < sure.size()
+                      ? fmt::format("{} of {}, at most {} of each observable", rows.size(), sure.size(), of_each)
+                      : fmt::format("{} in all", rows.size())));
   page.table(Row{"of", "along", "size (root mean square)", "p"}, rows);
 }
 
@@ -138,7 +138,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
     if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
   }
   if (rows.empty()) return;
-  page.folded_table("What was tried and is not named", Row{"effect", "why not"}, rows);
+  page.folded_table("Effects that were tried and are not named", Row{"effect", "why not"}, rows);
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
 std::string rest_map(const ReportData& data) {
   const SearchResult& search = data.d.search;
   const std::size_t o = rest_observable(data.d);
-  const std::string title = label(o) + ", what no effect explains";
+  const std::string title = label(o) + ", unexplained residual";
   if (search.structure[o] == 0) return over_conditions(data.design, data.evidence.at(o).after, o, title);
   const std::vector<double> pattern = leading_pattern(data.problem, search.after.state, o);
   report::FieldMap map = sensor_map(data.design, pattern, data.evidence.at(o).map_sd, o, title);
@@ -158,16 +158,17 @@ std::string rest_map(const ReportData& data) {
 
 void add_rest(report::Page& page, const ReportData& data) {
   const SearchResult& search = data.d.search;
-  page.heading("What the gap follows, and what no effect explains");
+  page.heading("Dependence of the gap on settings, and unexplained residual");
   add_patterns(page, data.d);
   add_tried(page, search);
-  if (!search.something_left()) return page.paragraph("After the search nothing is left beyond chance.");
+  if (!search.something_left()) return page.paragraph("After the search no significant residual is left.");
   std::vector<Row> rows;
   for (const Pattern& p : shown_patterns(by_size(search.rest, data.d.gaps)))
     rows.push_back({label(p.observable), p.axis, shown_gap(p.size, data.d.gaps[p.observable], p.observable)});
   if (!rows.empty()) {
     page.paragraph(
-        "After the search this is left, and no effect explains it; the largest of each observable, which overlap:");
+        "After the search these residuals are left, which no effect explains; the largest of each observable, which "
+        "overlap:");
     page.table(Row{"of", "along", "size (root mean square)"}, rows);
   }
   const std::size_t others = search.patterns_without_axis();
@@ -179,13 +180,13 @@ void add_rest(report::Page& page, const ReportData& data) {
     nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(),
                            100 * near.explained_fraction);
   if (!nearest.empty())
-    page.paragraph("The effects that come nearest, and how much of it they would explain: " + nearest + ".");
+    page.paragraph("The closest effects, and the part of it that they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};
-  page.figures(
-      shape, search.structure[rest_observable(data.d)] == 0
-                 ? "The largest of what is left: measured minus extended, mean over each condition's image. Grey: not "
-                   "measured."
-                 : "The largest of what is left, over the sensor. Its sign may change from one condition to the next.");
+  page.figures(shape,
+               search.structure[rest_observable(data.d)] == 0
+                   ? "The largest residual: measured minus extended, mean over each condition's image. Grey: not "
+                     "measured."
+                   : "The largest residual over the sensor. Its sign may change from one condition to the next.");
 }
 
 }  // namespace tofgraph::diagnosis

@@ -36,8 +36,8 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
       if (other == rival.state.terms.end()) continue;
       const std::string of_all =
           rival.of_several() ? fmt::format(" in the place of {}", fmt::join(rival.in_place_of, " and ")) : "";
-      text += fmt::format("  # or{}, as these data cannot tell ({:.1f} of deviance worse):\n  # - {}\n", of_all,
-                          std::round(10 * rival.deviance) / 10 + 0.0,
+      text += fmt::format("  # or{}, which these data cannot distinguish ({:.1f} of deviance worse):\n  # - {}\n",
+                          of_all, std::round(10 * rival.deviance) / 10 + 0.0,
                           other->candidate->yaml(other->values, other->maps.get(), map_file_name));
     }
   }
@@ -88,7 +88,7 @@ std::string next_condition_yaml(const Diagnosis& d) {
   if (c.reference == "laser") text += "reference: laser\n";
   if (c.roll != 0) text += fmt::format("roll: {:.9g} rad\n", c.roll);
   if (c.is_capped())
-    return text + "lens: capped\nobjects:\n  - {name: board, type: board, distance: 1 m}  # which nobody sees\n";
+    return text + "lens: capped\nobjects:\n  - {name: board, type: board, distance: 1 m}  # not visible\n";
   const simulation::BoardPose pose = pose_of(c);
   return text +
          fmt::format(

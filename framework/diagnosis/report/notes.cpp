@@ -30,19 +30,21 @@ void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_se
     times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
   }
   if (distances.size() == 1)
-    notes.push_back("All conditions have one distance: what changes with the distance cannot be told from an offset.");
+    notes.push_back(
+        "All conditions have one distance: an error that changes with the distance cannot be distinguished from an "
+        "offset.");
   const auto few = [&](std::size_t levels, std::size_t least, const char* what) {
     if (levels > 1 && levels < least)
       notes.push_back(fmt::format(
-          "There are {} {} only: a law over them is hardly tested between them, and not beyond.", levels, what));
+          "There are only {} {}: a law over them is hardly tested between them, and not beyond.", levels, what));
   };
   few(distances.size(), 5, "distances");
   few(times.size(), 4, "integration times");
   const bool together = std::ranges::none_of(times_of_board, [](const auto& board) { return board.second.size() > 1; });
   if (times.size() > 1 && together && !light_seen)
     notes.push_back(
-        "No target was measured at one distance with two integration times: what the time does is told from what "
-        "distance and light do by the form of the laws alone.");
+        "No target was measured at one distance with two integration times: the influence of the time is separated "
+        "from that of distance and light by the form of the laws alone.");
 }
 
 /// "0.36 mm and 0.52 % of light", or the one of them that there is.
@@ -62,17 +64,17 @@ void note_means(const State& state, std::vector<std::string>& notes) {
       const double sum = std::reduce(map.values.begin(), map.values.end());
       const double mean = scale * sum / static_cast<double>(map.values.size());
       if (map.parameter.unit == "m" && std::abs(mean) > settings.practical_threshold[distance])
-        notes.push_back(fmt::format(
-            "The {} of {} has a mean of {:.2f} mm over the pixels: an offset of all of them, as zero_offset is, and a "
-            "pattern about it would be the same.",
-            map.parameter.name, term.candidate->name(), 1e3 * mean));
+        notes.push_back(
+            fmt::format("The {} of {} has a mean of {:.2f} mm over the pixels: an offset of all pixels, like "
+                        "zero_offset, plus a pattern with zero mean would be equivalent.",
+                        map.parameter.name, term.candidate->name(), 1e3 * mean));
     }
   }
 }
 
 std::string as_well(const std::string& found, const std::string& others, const std::string& experiment) {
-  const std::string advice = experiment.empty() ? "" : fmt::format(" What does: {}.", experiment);
-  return fmt::format("{} may be {} as well: these data do not tell.{}", found, others, advice);
+  const std::string advice = experiment.empty() ? "" : fmt::format(" Recommended experiment: {}.", experiment);
+  return fmt::format("These data cannot distinguish {} from {}.{}", found, others, advice);
 }
 
 }  // namespace
@@ -102,7 +104,7 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
                             problem.targets[t]);
     notes.push_back(
         fmt::format("Reflectivities are inferred with the model, not measured: {}, where that of the first target is "
-                    "taken as {}. A wrong effect makes them wrong: to measure them is a test of the names.",
+                    "taken as {}. A wrong effect makes them wrong: measuring them tests the names.",
                     values, settings.unknown_reflectivity));
   }
   return notes;
@@ -113,11 +115,11 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
   for (const std::string& text : m.left_out) notes.push_back("Left out: " + text);
   if (!m.replicates)
     notes.push_back(
-        "Some conditions have one frame only: there the noise is that of the camera's profile, not measured.");
+        "Some conditions have only one frame: there the noise is taken from the camera's profile, not measured.");
   if (m.noise && std::abs(std::log(m.noise->middle)) > std::log(settings.max_noise_ratio))
     notes.push_back(fmt::format(
-        "The frames scatter {:.3g} times as much as the profile's read_noise and shot_noise say ({:.3g} to {:.3g} "
-        "from one condition to another). The search takes the noise from the frames, so its numbers stand; a "
+        "The frames scatter {:.3g} times as much as the profile's read_noise and shot_noise imply ({:.3g} to {:.3g} "
+        "from one condition to another). The search takes the noise from the frames, so its numbers remain valid; a "
         "simulation with this profile has the wrong noise (temporal_noise: factor). tofgraph calibrate noise measures "
         "it.",
         m.noise->middle, m.noise->least, m.noise->most));
@@ -125,7 +127,7 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
   const std::vector<simulation::Vector3> rays = simulation::whole_image(camera).rays;
   const auto outside = std::ranges::count_if(rays, [](const auto& ray) { return std::isnan(ray.z); });
   if (outside > 0)
-    notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are left out.",
+    notes.push_back(fmt::format("{:.2g} % of the pixels are outside the lens model and are excluded.",
                                 100.0 * static_cast<double>(outside) / static_cast<double>(rays.size())));
   const auto listed = std::ranges::count_if(m.design->camera_pointer()->bad_pixels, [](auto bad) { return bad != 0; });
   if (listed > 0) notes.push_back(fmt::format("{} pixels are bad in the profile's map and were not used.", listed));
@@ -136,28 +138,26 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
     notes.push_back(fmt::format("{:.2f} % of the pixels are saturated and were not used.", 100 * m.saturated));
   if (m.table)
     notes.push_back(
-        "The data are one mean a condition: nothing is known of the pixels, and what a board's mean differs by from "
-        "one condition to the next is estimated with the model.");
+        "The data are one mean per condition: nothing is known about the pixels, and the variation of a board's mean "
+        "from one condition to the next is estimated with the model.");
   else if (!m.taps)
-    notes.push_back(
-        m.phases ? fmt::format("{} no taps: nothing is known of the intensity.",
-                               m.decoded ? "Some captures have phases, the others distances, and none has"
-                                         : "The captures have phases and")
-        : problem.light_seen()
-            ? "The captures have distances and amplitudes: nothing is known of the intensity and of the null "
-              "channels."
-            : "The captures have distances only: nothing is known of light and of the null channels.");
+    notes.push_back(m.phases ? fmt::format("{} no taps: the intensity is unknown.",
+                                           m.decoded ? "Some captures have phases, the others distances, and none has"
+                                                     : "The captures have phases and")
+                    : problem.light_seen()
+                        ? "The captures have distances and amplitudes: the intensity and the null channels are unknown."
+                        : "The captures have distances only: the light and the null channels are unknown.");
   if (std::isnan(noise_floor(problem, !m.table, distance)))
     notes.push_back(
         "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
   if (!m.design->tells_order())
     notes.push_back(
-        "Not every condition says its `order`: whether the camera wandered while they were measured was not asked.");
+        "Not every condition states its `order`: a drift of the camera during the campaign was not tested.");
   notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(
-        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from what "
-        "effects do, not measured. What stands beside the light, as crosstalk does, is relative to that.",
+        "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from the "
+        "effects, not measured. Errors that add to the light, as crosstalk does, are relative to that.",
         settings.unknown_reflectivity));
   return notes;
 }
@@ -174,44 +174,44 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
       (drift_shows(problem, search.after.state, &RandomEffectSd::drift, &RandomEffectSd::jitter) ||
        drift_shows(problem, search.after.state, &RandomEffectSd::drift_light, &RandomEffectSd::light)))
     notes.push_back(
-        fmt::format("The camera wandered while the conditions were measured, by {} (root mean square), as far as the "
-                    "fit can tell: a nuisance, no effect.",
+        fmt::format("The camera drifted while the conditions were measured, by {} (root mean square) as estimated by "
+                    "the fit: a nuisance, not an effect.",
                     length_and_light(drift, drift_light)));
-  for (const auto& [which, what] : {std::pair(&RandomEffectSd::jitter, "the places of the boards"),
+  for (const auto& [which, what] : {std::pair(&RandomEffectSd::jitter, "the positions of the boards"),
                                     {&RandomEffectSd::offset, "the camera's offsets"},
                                     {&RandomEffectSd::light, "the light"},
-                                    {&RandomEffectSd::drift, "a wander of the distances"},
-                                    {&RandomEffectSd::drift_light, "a wander of the light"},
+                                    {&RandomEffectSd::drift, "a drift of the distances"},
+                                    {&RandomEffectSd::drift_light, "a drift of the light"},
                                     {&RandomEffectSd::session, "the sessions' offsets"},
                                     {&RandomEffectSd::session_light, "the sessions' light"}}) {
     const bool own =
         which == &RandomEffectSd::jitter || which == &RandomEffectSd::offset || which == &RandomEffectSd::light;
     if ((own || uses(which)) && is_at_bound(sd, which))
-      notes.push_back(fmt::format(
-          "The standard deviation of {} is as large as is allowed: it stands for something else, and no interval "
-          "beside it can be trusted.",
-          what));
+      notes.push_back(
+          fmt::format("The standard deviation of {} is at its upper limit: it absorbs another error, and no interval "
+                      "beside it can be trusted.",
+                      what));
   }
   if (uses(&RandomEffectSd::session) &&
       (sd.session > settings.noted_drift || sd.session_light > settings.noted_drift_light))
-    notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, no effect.",
+    notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, not an effect.",
                                 length_and_light(sd.session, sd.session_light)));
   if (search.after.state.nuisances.boards)
-    notes.push_back(fmt::format(
-        "The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that goes with it "
-        "wherever it stands: a nuisance, no effect. What of an effect looks like such shapes (a lens, a tilt) may "
-        "be off by more than its interval says.",
-        1e3 * search.after.state.nuisances.boards->sd));
+    notes.push_back(
+        fmt::format("The boards are not flat: each has a shape of its own, {:.2f} mm (standard deviation), that moves "
+                    "with the board: a nuisance, not an effect. Effects that look like such shapes (a lens, a tilt) "
+                    "may be wrong by more than their intervals.",
+                    1e3 * search.after.state.nuisances.boards->sd));
   if (search.after.state.nuisances.smooth_field && !search.something_left())
     notes.push_back(
-        fmt::format("Smooth over the image, distances differ by {:.2f} mm from one condition to the next (standard "
-                    "deviation): a nuisance, no effect.",
+        fmt::format("Distances differ smoothly over the image by {:.2f} mm from one condition to the next (standard "
+                    "deviation): a nuisance, not an effect.",
                     1e3 * search.after.state.nuisances.smooth_field->sd()));
   if (search.something_left())
-    notes.push_back(fmt::format(
-        "From one condition to the next distances scatter by {:.2f} mm, as the fit says of each. With something "
-        "unexplained a part of that is not noise.",
-        1e3 * std::sqrt(scatter_of(problem, search.after.state)[distance])));
+    notes.push_back(
+        fmt::format("From one condition to the next distances scatter by {:.2f} mm, as estimated by the fit. As an "
+                    "unexplained error is left, a part of that is not noise.",
+                    1e3 * std::sqrt(scatter_of(problem, search.after.state)[distance])));
   return notes;
 }
 
@@ -221,8 +221,8 @@ std::vector<std::string> notes_on_misplaced(const Design& design, const SearchRe
   for (const Misplaced& one : search.misplaced) {
     const io::Condition& c = design.conditions()[one.condition];
     notes.push_back(
-        fmt::format("Condition {} is off by {:.1f} mm: its board stands {} than the {:.3f} m that are "
-                    "written, check that. It counts less.",
+        fmt::format("Condition {} is off by {:.1f} mm: its board is {} than the stated {:.3f} m; check this. It has a "
+                    "smaller weight.",
                     c.id, 1e3 * std::abs(one.error), one.error > 0 ? "farther" : "nearer", c.board_distance));
   }
   return notes;
@@ -230,10 +230,8 @@ std::vector<std::string> notes_on_misplaced(const Design& design, const SearchRe
 
 std::string note_on_contrast(const MeasuredContrast& contrast) {
   return fmt::format(
-      "The profile's contrast is off: it says {:.3g}, these taps show {} (a / 2I). The search lets it float, so that "
-      "no "
-      "effect stands for it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph "
-      "calibrate "
+      "The profile's contrast is wrong: it is {:.3g}, these taps show {} (a / 2I). The search fits it, so that no "
+      "effect absorbs it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph calibrate "
       "response measures it.",
       contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
 }
@@ -241,16 +239,17 @@ std::string note_on_contrast(const MeasuredContrast& contrast) {
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
   std::vector<std::string> notes;
   if (search.time_expired)
-    notes.push_back(fmt::format(
-        "The time limit of {} ended the search: effects that it had not reached by then are not named, what "
-        "is named is preliminary, and no condition to measure next is proposed.",
-        config::format_quantity(time_limit, "s")));
+    notes.push_back(
+        fmt::format("The time limit of {} ended the search: effects that were not reached by then are not named, the "
+                    "named effects are preliminary, and no condition to measure next is proposed.",
+                    config::format_quantity(time_limit, "s")));
   if (search.time_expired && !search.found.empty() && (search.cross_fit.empty() || search.cross_fit.time_expired))
-    notes.push_back(fmt::format("By then {} of the folds that prove out of sample what is named had ended.",
+    notes.push_back(fmt::format("By then {} of the folds that validate the named effects out of sample had ended.",
                                 search.cross_fit.folds.size()));
   if (search.not_compared)
     notes.push_back(
-        "It left no time to compare all that is named with others: what cannot be told from it may be missing.");
+        "It left no time to compare all named effects with others: effects that cannot be distinguished from them may "
+        "be missing.");
   if (search.is_given)
     notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
   else if (!search.not_better.empty())
@@ -260,8 +259,7 @@ std::vector<std::string> notes_on_verification(const SearchResult& search, doubl
       !search.cross_fit.empty() && is_gap_worse(chosen, written.model))
     notes.push_back(
         fmt::format("The effects that are written, fitted without the held-out conditions, predict these with a "
-                    "distance gap of {:.2f} mm; "
-                    "those that each fold chose for itself with {:.2f} mm.",
+                    "distance gap of {:.2f} mm; the effects that each fold chose for itself, with {:.2f} mm.",
                     1e3 * written.model, 1e3 * chosen));
   return notes;
 }
@@ -276,14 +274,13 @@ std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps) {
     };
     if (std::isnan(map.noise)) {
       notes.push_back(fmt::format(
-          "The map {} (maps.h5) has the values of superpixels: the frames do not tell pixels apart.", map.dataset));
+          "The map {} (maps.h5) has the values of superpixels: the frames do not resolve single pixels.", map.dataset));
       continue;
     }
-    notes.push_back(
-        fmt::format("The map {} (maps.h5) has a value for each pixel: beside what its neighbourhood has in common, "
-                    "pixels differ by "
-                    "{}, and the frames tell each to {} (standard deviations); values are shrunk by as much.",
-                    map.dataset, shown(map.spread), shown(map.noise)));
+    notes.push_back(fmt::format(
+        "The map {} (maps.h5) has a value for each pixel: in addition to the common value of the neighbourhood, pixels "
+        "differ by {}, and the frames determine each to {} (standard deviations); values are shrunk accordingly.",
+        map.dataset, shown(map.spread), shown(map.noise)));
   }
   return notes;
 }

@@ -33,10 +33,10 @@ std::string shrunk(const Diagnosis& d) {
   for (std::size_t o = 1; o < observables && !(fall(distance) > 1); ++o) {
     if (fall(o) > fall(most)) most = o;
   }
-  const char* repeated = std::isnan(d.gaps[most].noise_floor)
-                             ? "{} scatter from one condition to the next, and without repeats it is "
-                               "unknown how much of that is noise"
-                             : "noise and scatter alone leave {}";
+  const char* repeated =
+      std::isnan(d.gaps[most].noise_floor)
+          ? "{} scatter from one condition to the next, and without repeated measurements the noise cannot be separated"
+          : "noise and scatter alone leave {}";
   const auto digits = [&](double value) { return shown_gap(value, d.gaps[most], most); };
   const std::string rest = fmt::format(fmt::runtime(repeated), digits(noise(most)));
   return fmt::format("the {} gap {}goes from {} to {}, {}", observable_labels[most],
@@ -66,12 +66,12 @@ std::string agreement(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   if (!std::isnan(gap.noise_floor))
     return fmt::format(
-        "The model agrees with these data as far as they can show: the distance gap is {}, noise and scatter alone "
-        "leave {}.",
+        "The model agrees with these data within their accuracy: the distance gap is {}, noise and scatter alone leave "
+        "{}.",
         shown_gap(gap.before, gap, distance), shown_gap(gap.noise_and_scatter, gap, distance));
   return fmt::format(
-      "No effect is named. The {} by which measurement and simulation differ may be noise or not: nothing was measured "
-      "twice.",
+      "No effect is named. The difference of {} between measurement and simulation may or may not be noise: nothing "
+      "was measured twice.",
       shown_gap(gap.before, gap, distance));
 }
 
@@ -82,23 +82,23 @@ std::string untold(const Diagnosis& d) {
   if (fits == dropped.end()) return "";
   const std::string& experiment = fits->candidate->border().experiment;
   return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,
-                     experiment.empty() ? "" : " (what does: " + experiment + ")");
+                     experiment.empty() ? "" : " (recommended experiment: " + experiment + ")");
 }
 
 /// Size of the gap where nothing is named, and the largest unexplained pattern.
 std::string not_known(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   const std::string fits = untold(d);
-  std::string text =
-      fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
-                  fits.empty() ? "no known effect explains how" : fits, shown_gap(gap.before, gap, distance));
+  std::string text = fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
+                                 fits.empty() ? "no known effect explains the difference" : fits,
+                                 shown_gap(gap.before, gap, distance));
   text += std::isfinite(gap.noise_floor)
               ? fmt::format(", noise alone makes {}.", shown_gap(gap.noise_floor, gap, distance))
-              : ", and how much of it is noise is not known.";
+              : ", and the part of it that is noise is unknown.";
   const std::vector<Pattern> rest = by_size(d.search.rest, d.gaps);
   if (rest.empty()) return text;
   const Pattern& p = rest.front();
-  return fmt::format("{} Largest of what is left: {}, {} (root mean square).", text, name_of(p),
+  return fmt::format("{} Largest residual: {}, {} (root mean square).", text, name_of(p),
                      shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
@@ -149,7 +149,7 @@ Names names_of(const Diagnosis& d) {
 
 std::string outcome(const Diagnosis& d) {
   const auto [sure, weak] = names_of(d);
-  const std::string lacks = sure.empty() ? "No effect is sure" : "The model lacks " + list_of(sure);
+  const std::string lacks = sure.empty() ? "No effect is certain" : "The model lacks " + list_of(sure);
   const std::string also =
       weak.empty() ? "" : " Weakly supported, but kept in the written model: " + list_of(weak) + ".";
   const std::string shrink = shrunk(d);
@@ -157,14 +157,14 @@ std::string outcome(const Diagnosis& d) {
     case Verdict::named:
       return fmt::format("{}: {}.{}", lacks, shrink, also);
     case Verdict::tie:
-      return fmt::format("{}; what stands in brackets would explain these data as well: {}.{}", lacks, shrink, also);
+      return fmt::format("{}; effects in brackets would explain these data equally well: {}.{}", lacks, shrink, also);
     case Verdict::named_with_rest:
-      return fmt::format("{}, and something that no effect explains is left: {}.{}", lacks, shrink, also);
+      return fmt::format("{}, and an unexplained residual is left: {}.{}", lacks, shrink, also);
     case Verdict::unknown:
       return not_known(d);
     default:
       if (refitted(d).empty()) return agreement(d);
-      return fmt::format("No effect is missing, but the model's own values are off: {}; {}.", refitted(d), shrink);
+      return fmt::format("No effect is missing, but the model's own values are wrong: {}; {}.", refitted(d), shrink);
   }
 }
 
@@ -181,9 +181,9 @@ std::string summary(const Diagnosis& d) {
   std::string text = outcome(d);
   for (std::size_t i = 0; i < std::min(reported, misplaced.size()); ++i) text += " " + misplaced[i];
   if (misplaced.size() > reported)
-    text += fmt::format(" {} more conditions are off likewise, see the notes.", misplaced.size() - reported);
+    text += fmt::format(" {} more conditions are wrong in the same way, see the notes.", misplaced.size() - reported);
   if (d.contrast && d.contrast->profile_is_off())
-    text += fmt::format(" The profile's contrast is off: {:.3g}, these taps show {}.", d.contrast->profile,
+    text += fmt::format(" The profile's contrast is wrong: {:.3g}, these taps show {}.", d.contrast->profile,
                         d.contrast->text());
   if (d.search.is_given)
     text += fmt::format(" The given model is written unchanged: {}.", d.search.not_better);
