@@ -134,8 +134,8 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
 /// @param problem with the nuisances of the search
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
-/// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It
-/// counts less.", one per misplaced board; empty if something that may be the cause is unexplained.
+/// One sentence per misplaced board, with its distance error and the stated distance; empty if something is
+/// unexplained, which may be the cause.
 std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search);
 
 /// Note with the contrast that fits the taps, for a profile whose contrast is wrong.

@@ -92,7 +92,7 @@ std::string effective_sample_size(const ReportData& data, const EffectResult& e)
   return report::bars(spans, e.name + ": share of the gain / %", 860);
 }
 
-/// "Half of the gain of wiggling comes from 3 of 30 conditions."
+/// Sentence with the number of conditions that yield half of an effect's gain.
 std::string half_of(const EffectResult& e) {
   std::vector<double> shares = e.influence;
   std::ranges::sort(shares, std::greater<>{});
