@@ -39,7 +39,7 @@ void write_record(const std::filesystem::path& folder, const ShardRecord& record
 /// All records of a folder, by name. @throws config::ConfigurationError for another version or a damaged one
 std::vector<ShardRecord> read_records(const std::filesystem::path& folder);
 
-/// Stores size and modification time of a file as in a record; zeros if it does not exist.
+/// Stores size and modification time of a file in a condition; zeros if the file does not exist.
 void set_file_state(const std::filesystem::path& file, ReducedCondition& condition);
 
 /// "2/3, 3/3": shards without a record, of the finest division; empty: none.

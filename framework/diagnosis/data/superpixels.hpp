@@ -63,7 +63,7 @@ class FrameSums {
   /// @param taps P x 2 x pixels, P exposures @param full_well counts, saturated from here on; NaN: unknown
   void add_taps(std::span<const std::uint16_t> taps, double full_well);
   void add_phases(std::span<const float> phases);  ///< P x pixels
-  /// One value per pixel in m and counts; no amplitude: empty. @param metres_per_radian of the modulation
+  /// Distance (m) and amplitude (counts; empty: none), one per pixel. @param metres_per_radian of the modulation
   void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
 
   std::size_t saturated() const;

@@ -88,7 +88,7 @@ struct Problem {
   std::vector<int> target;                ///< index among `targets` for each condition; -1: known reflectivity
   Nuisances nuisances;
   const Deadline* deadline = nullptr;  ///< beyond it expected() throws TimeExpired; null: none
-  /// Why conditions of the campaign were excluded, as texts for the error of a fit to too few conditions.
+  /// Reasons why conditions of the campaign were excluded, for the error of a fit to too few conditions.
   std::vector<std::string> left_out = {};
 
   /// True if the data have amplitudes. Otherwise only effects reveal reflectivities, relative to that of the first
@@ -170,7 +170,7 @@ double run_length(const Problem& problem, const State& state);
 
 /// The state, with the nuisances of conditions and the linearisation of another one.
 State beside(const State& other, State state);
-/// The state with flat boards. For gaps: they are the camera's and include the shape of the boards.
+/// The state with flat boards, for gaps: these are the camera's, and include the shape of the boards.
 State with_flat_boards(State state);
 
 /// Index of a term's first parameter among the parameters of all terms.

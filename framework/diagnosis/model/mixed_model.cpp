@@ -135,7 +135,7 @@ class VarianceFit {
   void vary(double RandomEffectSd::*which, double width) {
     vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
   }
-  /// The variances of shared unknowns affect the priors only.
+  /// Variances of shared unknowns, which affect the priors only.
   void vary_shared(double width) {
     const NormalEquations fixed = equations(best_);
     for (double RandomEffectSd::*which : {&RandomEffectSd::drift, &RandomEffectSd::drift_light,

@@ -134,7 +134,7 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
 /// @param problem with the nuisances of the search
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
-/// One sentence per misplaced board, with its distance error and the stated distance; empty if something is
+/// Sentences about misplaced boards, each with the distance error and the stated distance; empty if something is
 /// unexplained, which may be the cause.
 std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search);
 
