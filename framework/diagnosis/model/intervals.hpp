@@ -60,8 +60,8 @@ struct Unidentified {
 /// Smaller ranges, such as none to all, may end at a meaningful value.
 std::string limit_of(const FreeParameter& p, double value);
 
-/// Reason: a nonlinear parameter that the data do not determine or that reached its lower limit (a warm-up of one
-/// second, which is an offset), or amplitudes none of which differs significantly from zero, alone or together.
+/// Reason why a term is unidentified: a nonlinear parameter that is undetermined or reached its lower limit (a warm-up
+/// of one second, which is an offset), or amplitudes none of which differs significantly from zero, alone or together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span<const Interval> all,
                                 double lack_of_fit);

@@ -129,7 +129,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
 /// The problem with other data of the same conditions. @param data must outlive the result
 Problem with_data(const Problem& problem, const std::vector<Observations>& data);
 
-/// Point of linearisation, as far as it costs more than the jacobian. Shared by states, never changed.
+/// Parts of a linearisation that are more expensive than the jacobian. Shared by states, never changed.
 struct Linearisation {
   std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; null: 0
   /// Change of the observables by a factor e of light; null: that of the ideal camera. Light that does not come from

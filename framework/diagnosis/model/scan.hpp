@@ -12,7 +12,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Columns that are tested together. They may omit the rows before first_row.
+/// Columns that are tested together. They may omit rows; then all of them start at first_row.
 struct Group {
   std::string name;
   std::vector<Column> columns;
