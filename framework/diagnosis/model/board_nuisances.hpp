@@ -52,7 +52,6 @@ class BoardFlatness {
   /// noise, where one shape for all of several targets does nearly as well, or where they are larger than boards have.
   /// Not sure where there is one target, where they explain less than half, and where more stays than telling the
   /// targets apart explains: that may be the camera's.
-  /// @param problem that these are for, or with other allowances
   BoardTrial trial(const Problem& problem, const State& state) const;
 
  private:

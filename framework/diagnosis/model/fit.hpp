@@ -14,8 +14,10 @@ struct ModelFit {
   State state;
   double deviance = std::numeric_limits<double>::infinity();
   double dimension = 0;        ///< parameters of effects that the data determine
-  Eigen::MatrixXd covariance;  ///< of the free parameters of all terms in their order, in units of their typical values
-  std::vector<Column> jacobian = {};  ///< at the state, or nearly there; empty until it is asked for: see linearised()
+  /// Of the free parameters of all terms in their order, in units of their typical values; then of reflectivities and
+  /// shared unknowns. Taken at the iterate before the last.
+  Eigen::MatrixXd covariance;
+  std::vector<Column> jacobian = {};  ///< near the state; empty until linearised() computes it
 
   /// Bayesian information criterion, with the prior of refinements: normal about off, a typical value their standard
   /// deviation, as for those that a term does not have (see intervals()). One that is far beyond what is typical

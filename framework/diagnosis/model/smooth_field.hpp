@@ -47,9 +47,9 @@ class SmoothField {
 struct Problem;
 struct ModelFit;
 struct State;
-/// A residue, and how much the deviance is less with it than with what the problem has.
+/// A residue, and how much the deviance is less with it than with what the fit has.
 struct SmoothFieldTrial {
-  std::shared_ptr<const SmoothField> smooth_field;  ///< nothing where the problem's is as good
+  std::shared_ptr<const SmoothField> smooth_field;  ///< nothing where the fit's is as good
   std::vector<Eigen::Index> runs = {};              ///< see runs_of()
   double gain = 0;
 };

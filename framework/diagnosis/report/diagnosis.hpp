@@ -130,8 +130,8 @@ std::vector<std::string> notes_on(const Measurements& measurements, const Proble
 /// where nothing was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
 
-/// Notes on the nuisances of conditions that are large enough to matter, except boards that stand elsewhere. @param
-/// problem with what the search allowed
+/// Notes on the nuisances of conditions that are large enough to matter, except misplaced boards. @param
+/// problem of the measurements
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
 /// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It
