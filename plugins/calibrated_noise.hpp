@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The noise of a tap as a stage takes it: from a calibration, from its parameters, or from the camera.
+/// @file Noise of a tap as used by a stage: from a calibration, its parameters or the camera.
 #pragma once
 
 #include <tofgraph/physics/four_phase.hpp>
@@ -14,7 +14,7 @@
 
 namespace tofgraph {
 
-/// The parameters `calibration`, `read_noise` and `shot_noise`.
+/// Parameters `calibration`, `read_noise` and `shot_noise`.
 class NoiseParameters {
  public:
   explicit NoiseParameters(Stage* stage)
@@ -28,8 +28,8 @@ class NoiseParameters {
                      .text = "variance of a tap per count; default: the calibration's, or the camera's"}),
         check_serial_(stage) {}
 
-  /// The parameters, before the calibration, before the camera; NaN where none of them knows.
-  /// @throws ConfigError where the calibration cannot be used
+  /// Noise from the parameters, else the calibration, else the camera; NaN if none of them has it.
+  /// @throws ConfigError if the calibration cannot be used
   physics::TapNoise noise(const Setup& setup) const {
     physics::TapNoise noise = otherwise(setup);
     if (read_noise_.given()) noise.read_noise = *read_noise_;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Models as stages read them.
+/// @file Reading of models by stages.
 #pragma once
 
 #include <tofgraph/stage.hpp>
@@ -15,7 +15,7 @@
 
 namespace tofgraph {
 
-/// Effects come from the plugins of the run that the stage is in; what they remark is told as the stage's.
+/// Reads models. Effects come from the plugins of the stage's run; their warnings are reported as the stage's.
 class ModelReader {
  public:
   explicit ModelReader(const Stage& stage) : stage_(stage) {}
@@ -24,8 +24,8 @@ class ModelReader {
     simulation::Model model;
     std::vector<simulation::EffectPtr> effects;
   };
-  /// Reads a model file, or a model written in place, makes its effects for a camera, and says which files they are
-  /// from. @param parameter of the stage, which names the file @throws ConfigError
+  /// Reads a model file or an inline model, creates its effects for a camera, and registers the files used.
+  /// @param parameter of the stage that names the file @throws ConfigError
   Made read(const Setup& setup, const char* parameter, const std::string& file, const tofgraph_camera& camera) const {
     config::Diagnostics diagnostics;
     try {
@@ -47,7 +47,7 @@ class ModelReader {
   graph::PluginRegistry registry() const {
     return graph::PluginRegistry(config::split_path(stage_.host->plugin_path(stage_.context)));
   }
-  /// Host of the effects; it must not outlive the stage.
+  /// Host of the effects; the stage must outlive it.
   std::shared_ptr<graph::Host> host() const {
     auto own = std::make_shared<graph::Host>();
     own->plugin_path = stage_.host->plugin_path(stage_.context);

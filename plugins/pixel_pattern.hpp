@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A pattern of the pixels of which only the spread is known: drawn, normal, independent from pixel to pixel.
+/// @file Pixel pattern of which only the spread is known: random, normal, independent from pixel to pixel.
 #pragma once
 
 #include <tofgraph/effect.hpp>
@@ -11,8 +11,8 @@
 
 namespace tofgraph {
 
-/// Two independent standard normal numbers of the pixel at point i, always the same for the same seed. Zero where the
-/// points are not the pixels but stand for many of them, over which such a pattern averages out.
+/// Two independent standard normal numbers for the pixel at point i, always the same for the same seed. Zero if the
+/// points are not the pixels but represent many of them, over which such a pattern averages out.
 inline std::array<double, 2> drawn_pattern(const LightState& light, std::size_t i, std::int64_t seed) {
   if (light.state.spacing != 1) return {0, 0};
   const auto column = static_cast<std::uint32_t>(std::lround(std::max(light.state.pixel[2 * i], 0.0)));

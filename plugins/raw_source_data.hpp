@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The layout of a PMD camera's raw source data: a frame is 4 x { 512-byte header, not interpreted; H x W x (tap A,
-/// tap B) unsigned 16-bit }, big-endian in what a CamCube gives (docs/formats/README.md, channel `taps`).
+/// Layout of a PMD camera's raw source data: a frame is 4 x { 512-byte header, not interpreted; H x W x (tap A, tap B)
+/// unsigned 16-bit }, big-endian in the data of a CamCube (docs/formats/README.md, channel `taps`).
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -24,10 +24,10 @@ struct RawSourceData {
   bool big_endian = true;
 
   std::size_t pixels() const { return rows * columns; }
-  std::size_t image_bytes() const { return pixels() * 2 * sizeof(std::uint16_t); }  ///< without its header
+  std::size_t image_bytes() const { return pixels() * 2 * sizeof(std::uint16_t); }  ///< without the header
   std::size_t frame_bytes() const { return images * (header_bytes + image_bytes()); }
 
-  /// Order by a parameter `phase_order`: each of 0 .. 3 once. Nothing: it is not such an order
+  /// Order from a parameter `phase_order`: each of 0 .. 3 once. Nothing if it is not such an order.
   static std::optional<std::array<std::size_t, images>> order_of(const std::vector<double>& order) {
     std::array<std::size_t, images> result{};
     for (std::size_t i = 0; i < images; ++i) {
@@ -38,7 +38,7 @@ struct RawSourceData {
   }
   static constexpr const char* order_expected = "must hold each of 0, 1, 2, 3 once, e.g. [3, 2, 1, 0]";
 
-  /// The channel of all taps, 4 x 2 x H x W.
+  /// Channel of all taps, 4 x 2 x H x W.
   tofgraph_channel taps_channel() const {
     tofgraph_channel channel{};
     channel.size = sizeof channel;
@@ -51,7 +51,7 @@ struct RawSourceData {
     return channel;
   }
 
-  /// A pixel's two taps stand together in the data; here each tap is an image.
+  /// Separates a pixel's two taps, adjacent in the data, into one image per tap.
   /// @param data image_bytes() @param image 2 x H x W, overwritten
   void unpack_image(std::span<const std::uint8_t> data, std::span<std::uint16_t> image) const {
     const std::size_t n = pixels(), high = big_endian ? 0 : 1;
@@ -63,7 +63,7 @@ struct RawSourceData {
     }
   }
 
-  /// A whole frame. @param data frame_bytes() @param taps 4 x 2 x H x W @param headers 4 x 512, in the order of k
+  /// Converts a frame. @param data frame_bytes() @param taps 4 x 2 x H x W @param headers 4 x 512, in the order of k
   void unpack_frame(std::span<const std::uint8_t> data, std::span<std::uint16_t> taps,
                     std::span<std::uint8_t> headers) const {
     for (std::size_t i = 0; i < images; ++i) {

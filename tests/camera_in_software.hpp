@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Runs the program before a camera in software, over USB or in the place of the vendor's library.
+/// @file Runs the program with a software camera, over USB or in place of the vendor's library.
 #pragma once
 
 #include "tests/program.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::tests {
 
-/// The shell command that runs `command` with software cameras plugged in. @param options of the software camera
+/// Shell command that runs `command` with software cameras plugged in. @param options of the software camera
 inline std::string with_software_camera(const std::string& options, const std::string& command) {
 #if defined(__SANITIZE_ADDRESS__)
   const std::string preload = " --preload 'libasan.so.8 libumockdev-preload.so.0'";
@@ -36,7 +36,7 @@ inline constexpr bool sanitized = true;
 inline constexpr bool sanitized = false;
 #endif
 
-/// A raw dump, written byte by byte from the layout: image i holds phase 3 - i; A and B of a pixel, big-endian.
+/// Writes a raw dump byte by byte from the layout: image i holds phase 3 - i; A and B of a pixel, big-endian.
 /// @param taps frames x 4 x 2 x pixels, the phases in the order of k
 inline void write_dump(const std::filesystem::path& file, const std::vector<std::uint16_t>& taps, std::size_t pixels) {
   std::string bytes;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A small camera with bad pixels before flat boards, written out: no formula is shared with the project. For
-/// tests that include <hdf5.h> themselves.
+/// @file Independent implementation of a small camera with bad pixels in front of flat boards: no formula is shared
+/// with the project. For tests that include <hdf5.h> themselves.
 #pragma once
 
 #include "tests/program.hpp"
@@ -18,7 +18,7 @@ namespace tofgraph::tests {
 
 enum class PixelKind { good, dead, stuck, frozen_tap, noisy, hot, full, unmodulated };
 
-/// A recording of a board that fills the view, square to the axis.
+/// A recording of a board that fills the view, perpendicular to the axis.
 struct BoardShot {
   double distance = 1, time = 1e-3;  ///< m, s
   std::size_t frames = 10;
@@ -36,7 +36,7 @@ class DirtyCamera {
   PixelKind kind(std::size_t pixel) const { return kinds_[pixel]; }
   std::size_t count(PixelKind kind) const { return static_cast<std::size_t>(std::ranges::count(kinds_, kind)); }
 
-  /// Makes this many pixels, chosen at random among the good ones, bad.
+  /// Makes this many pixels, chosen at random among the good ones, defective.
   void spoil(PixelKind kind, std::size_t count) {
     std::vector<std::size_t> good;
     for (std::size_t i = 0; i < pixels(); ++i)
@@ -45,14 +45,14 @@ class DirtyCamera {
     for (std::size_t i = 0; i < count; ++i) kinds_[good[i]] = kind;
   }
 
-  /// A fixed pattern of the half path, m, standard deviation; white.
+  /// Sets a fixed pattern of the half path, m, standard deviation; white.
   void set_pattern(double sd) {
     std::normal_distribution<double> normal(0, sd);
     for (double& value : offset_) value = normal(random_);
   }
   const std::vector<double>& pattern() const { return offset_; }
 
-  /// The profile `dirty`. @param more lines
+  /// Profile `dirty`. @param more additional lines
   std::string profile(const std::string& more = {}) const {
     const std::string n = std::to_string(side_), middle = std::to_string((static_cast<double>(side_) - 1) / 2);
     return "profile: 1\nname: dirty\nwidth: " + n + "\nheight: " + n +
@@ -64,7 +64,7 @@ class DirtyCamera {
            more;
   }
 
-  /// Half of the way from the lamps over the board to the pixel, m, mean of both lamps.
+  /// Half path from the lamps via the board to the pixel, m, mean of both lamps.
   double half_path(std::size_t pixel, double distance) const {
     constexpr double focal = 3.2e-3, lamp = 50e-3;
     const double middle = (static_cast<double>(side_) - 1) / 2;

@@ -19,7 +19,7 @@ inline bool is_installed(const std::string& program) {
   return std::system(("command -v " + program + " >/dev/null").c_str()) == 0;
 }
 
-/// A small simulated campaign, and the reports of one process: `plain`, and `whole` with two cases of confidence.
+/// A small simulated campaign, and the reports of a single process: `plain`, and `whole` with two confidence cases.
 class DividedCampaign : public SmallCampaign {
  protected:
   static constexpr int shards = 6;
@@ -29,7 +29,7 @@ class DividedCampaign : public SmallCampaign {
     done("$TOFGRAPH diagnose --model ideal.yaml --data c/campaign.yaml -o plain --quiet");
     done("$TOFGRAPH diagnose --model ideal.yaml --data c/campaign.yaml -o whole --confidence 2 --quiet");
   }
-  /// SHA-256 of the report without the names of the input files and the campaign's own, and of the model.
+  /// SHA-256 of the model and of the report, excluding the names of the input files and of the campaign.
   static std::string result_of(const std::string& folder) {
     nlohmann::json report = nlohmann::json::parse(read_text(home() / folder / "report.json"), nullptr, false);
     if (!report.is_object()) return folder + " has no report";

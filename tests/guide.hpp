@@ -9,7 +9,7 @@
 
 namespace tofgraph::tests {
 
-/// The blocks of shell commands of a page, in their order.
+/// Shell command blocks of a page, in order.
 inline std::vector<std::string> commands_of(const std::filesystem::path& page) {
   const std::string text = read_text(page), begin = "```sh\n", end = "```";
   std::vector<std::string> blocks;

@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A fixture with an installed prefix: nothing else tells where tofgraph is.
+/// @file A fixture with an installed prefix, which is the only information about tofgraph's location.
 #pragma once
 
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {
 
-/// A prefix that was installed once for all tests; the place that it was installed to is empty.
+/// A prefix installed once for all tests; the original installation path is empty.
 struct Prefix {
   TemporaryFolder folder;
   Outcome installed = shell("cmake --install '" TOFGRAPH_BINARY_DIR "' --prefix first && mv first kept", folder.path());
 };
 
-/// A moved prefix, $PREFIX, of the test's own; $OUTSIDE: sources of another's project. Nothing else tells where
-/// tofgraph is.
+/// A moved prefix, $PREFIX, for the test alone; $OUTSIDE: sources of a third-party project. Nothing else indicates
+/// tofgraph's location.
 class InstalledPrefix : public testing::Test {
  protected:
   static void SetUpTestSuite() { ASSERT_EQ(prefix().installed.exit_code, 0) << prefix().installed.err; }
@@ -22,7 +22,7 @@ class InstalledPrefix : public testing::Test {
     static const Prefix made;
     return made;
   }
-  void SetUp() override {  // links take no time; files that a test adds are its own
+  void SetUp() override {  // links take no time; files added by a test remain its own
     const Outcome moved = run("cp -a --link '" + (prefix().folder.path() / "kept").string() + "' moved");
     ASSERT_EQ(moved.exit_code, 0) << moved.err;
   }

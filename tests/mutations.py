@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults planted one at a time, to see that the tests notice them.
+"""Injects faults one at a time, to verify that the tests detect them.
 
     tests/mutations.py [--build BUILD] [--only TEXT] [--slow]
 
-tests/mutations.txt lists them, four lines each: FILE, the text there, the text in its place, and a regular expression of
-ctest for the tests to try first. A fault that these do not catch meets every quick test, with --slow every test. Without
-a fault the first tests must pass. The working tree must be clean; each file is put back afterwards. Exits with 1 where a
-fault went unnoticed, with 2 where something else is wrong.
+tests/mutations.txt lists them, four lines each: FILE, the original text, its replacement, and a regular expression of
+ctest for the tests to run first. A fault that these do not detect is tested with every quick test, with --slow with
+every test. Without a fault the first tests must pass. The working tree must be clean; each file is restored afterwards.
+Exits with 1 if a fault went undetected, with 2 on any other error.
 """
 
 import argparse
@@ -25,7 +25,7 @@ def stop(message):
 
 
 def read_list():
-    """(file, before, after, first tests) of each fault."""
+    """List of (file, before, after, first tests), one per fault."""
     blocks = (SOURCE / "tests/mutations.txt").read_text().strip().split("\n\n")
     faults = [tuple(line for line in block.splitlines() if not line.startswith("#")) for block in blocks]
     for fault in faults:
@@ -35,7 +35,7 @@ def read_list():
 
 
 def failed_tests(build, *selection):
-    """Names of the tests that fail, up to the first, of those selected."""
+    """Names of the selected tests that fail, up to the first one."""
     run = subprocess.run(["ctest", "--test-dir", build, "-j", "2", "--stop-on-failure", *selection], capture_output=True,
                          text=True)
     _, _, failures = run.stdout.partition("The following tests FAILED:")
@@ -49,7 +49,7 @@ def compile_all(build):
 
 
 def caught_by(build, first, slow):
-    """Which run noticed a fault that is in the tree, and by which tests."""
+    """Run and tests that detected the fault present in the tree."""
     compile_all(build)
     runs = {"quick, first": ["-L", "^quick$", "-R", first], "quick": ["-L", "^quick$"]}
     if slow:

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Installs the Debian packages on a bare Debian 12, and runs docs/packages.md and the examples of docs/python.md there.
+"""Installs the Debian packages on a minimal Debian 12, and runs docs/packages.md and the examples of docs/python.md.
 
     tests/packages_test.py --packages build-package --cache FOLDER
 
-The bare system and what apt downloads are kept in the cache. Skipped (exit code 77) without packages (./bootstrap
-package makes them), root, debootstrap or network.
+The minimal system and apt's downloads are kept in the cache. Skipped (exit code 77) without packages (./bootstrap
+package builds them), root, debootstrap or network.
 """
 
 import argparse
@@ -24,7 +24,7 @@ PROJECT = pathlib.Path(__file__).resolve().parent.parent
 NAMES = ("tofgraph", "libtofgraph0", "libtofgraph-dev", "python3-tofgraph")
 APT = ('APT::Get::Assume-Yes "true";\nAPT::Keep-Downloaded-Packages "true";\nDpkg::Use-Pty "0";\n'
        'Dpkg::Options { "--force-unsafe-io"; };\nquiet "1";\n')
-# Mounts of its own, which end with the last process: nothing is left in the folder.
+# Private mounts, which end with the last process: nothing is left in the folder.
 ENTER = ('mount -t proc proc "$0/proc" && mount --rbind /dev "$0/dev" && '
          'mount --bind "$ARCHIVES" "$0/var/cache/apt/archives" && exec chroot "$0" /bin/bash -c "$1"')
 options = root = None
@@ -43,7 +43,7 @@ def enter(folder, command, timeout=600):
 
 
 def make_bare_system():
-    """A minimal Debian from the mirror of this machine, with sudo and a user who may use it."""
+    """Creates a minimal Debian from this machine's mirror, with sudo and a user who may use it."""
     bare = options.cache / "bare"
     (options.cache / "archives" / "partial").mkdir(parents=True, exist_ok=True)
     if not bare.is_dir():
@@ -65,7 +65,7 @@ def make_bare_system():
 
 
 def packages_of_next_version(folder):
-    """The same packages as 99.0, without one of the profiles."""
+    """The same packages as version 99.0, without one of the profiles."""
     for package in options.packages.glob("*.deb"):
         if package.name.split("_")[0] not in NAMES:
             continue

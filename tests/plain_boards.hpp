@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A nominal CamCube 2.0 before boards, written out: no formula is shared with the project. For tests that
-/// include <hdf5.h> themselves.
+/// @file Independent implementation of a nominal CamCube 2.0 in front of boards: no formula is shared with the project.
+/// For tests that include <hdf5.h> themselves.
 #pragma once
 
 #include "tests/unit/raw_capture.hpp"
@@ -17,21 +17,21 @@ namespace tofgraph::tests {
 
 inline constexpr std::size_t plain_side = 204, plain_pixels = plain_side * plain_side;
 
-/// A board near distance, whose room is turned against the camera by its roll; small errors of its place; its shape.
+/// A board near a distance, whose room is rotated relative to the camera by its roll; small position errors; its shape.
 struct PlainBoard {
   double distance = 1, roll = 0, z = 0, tilt_x = 0, tilt_y = 0;
   std::function<double(double x, double y)> shape = [](double, double) { return 0.0; };
 };
 
-/// Half of the way from both lamps to the board's surface, through the lens and to the pixel, m.
+/// Half path from both lamps to the board's surface, through the lens and to the pixel, m.
 inline double plain_half_path(std::size_t column, std::size_t row, const PlainBoard& board) {
   constexpr double focal = 12.8e-3, pitch = 40e-6, centre = 101.5, lamp = 50e-3;
   const double x = (static_cast<double>(column) - centre) * pitch, y = (static_cast<double>(row) - centre) * pitch;
   const double inside = std::sqrt(x * x + y * y + focal * focal);
   const double c = std::cos(board.roll), s = std::sin(board.roll);
   double path = 0, before = -1;
-  // The surface lies at z = distance + z + tilt_x Y - tilt_y X + shape(X, Y) in the room's axes X, Y: a fixed point. It
-  // is flat to a few per mille, so that some steps reach the last digit.
+  // The surface is z = distance + z + tilt_x Y - tilt_y X + shape(X, Y) in the room's axes X, Y: a fixed-point
+  // iteration. It is flat to a few per mille, so that a few steps converge to the last digit.
   for (int step = 0; step < 60 && std::abs(path - before) > 1e-15; ++step) {
     before = path;
     const double px = path * x / inside, py = path * y / inside;

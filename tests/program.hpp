@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Runs the program as a user does, and gives what came out; a folder of its own for each test.
+/// @file Runs the program as a user does, and returns its output; a folder of its own for each test.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ inline void write_text(const std::filesystem::path& file, const std::string& tex
   std::ofstream(file, std::ios::binary) << text;
 }
 
-/// A folder that is there as long as the object.
+/// A folder that exists as long as the object.
 class TemporaryFolder {
  public:
   explicit TemporaryFolder(const std::filesystem::path& where = std::filesystem::temp_directory_path()) {
@@ -49,7 +49,7 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-/// Runs a shell command line in which $TOFGRAPH is the program; the fixtures' stages can be used.
+/// Runs a shell command line in which $TOFGRAPH is the program; stages of the fixtures are available.
 inline Outcome shell(const std::string& command, const std::filesystem::path& folder) {
   const TemporaryFolder scratch;
   const std::string out = (scratch.path() / "out").string(), err = (scratch.path() / "err").string();
@@ -61,12 +61,12 @@ inline Outcome shell(const std::string& command, const std::filesystem::path& fo
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
 }
 
-/// For shell(): waits until a sink `collect` has begun its file, however long the program takes to start.
+/// For shell(): waits until a sink `collect` has created its file, however long the program takes to start.
 inline std::string once_it_writes(const std::string& file) {
   return "until [ -e " + file + ".part ]; do sleep 0.05; done; ";
 }
 
-/// Likewise, until it has said something into err.txt, or for a minute.
+/// For shell(): waits until err.txt contains the words, at most for a minute.
 inline std::string once_it_says(const std::string& words) {
   return "for i in $(seq 1200); do grep -q '" + words + "' err.txt && break; sleep 0.05; done; ";
 }

@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Fits devices/calibrations/camcube2_measured.model.yaml to the published boards of the reference, tables 6.2 to 6.13.
 
-    python3 tests/published_spread.py            prints the values of the model file, and how well they do
-    python3 tests/published_spread.py --check    fails where the model file has others
+    python3 tests/published_spread.py            prints the values of the model file, and the quality of the fit
+    python3 tests/published_spread.py --check    fails if the model file has other values
 
-A camera model of its own, in closed form, with none of the simulator's code. Fitted are all 84 mean depths, and the
-standard deviations of the pixels' corrected depths (N.L.C.D) at the odd multiples of 500 mm only. Those at the even
-multiples, and those of the measured distances (Ms.D), which include all pixels, are held out.
+An independent camera model in closed form, without any of the simulator's code. It is fitted to all 84 mean depths, and
+to the standard deviations of the pixels' corrected depths (N.L.C.D) at the odd multiples of 500 mm only. Those at the
+even multiples, and those of the measured distances (Ms.D), which include all pixels, are held out.
 """
 
 import argparse
@@ -21,10 +21,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 MODEL = ROOT / "devices/calibrations/camcube2_measured.model.yaml"
 LEVELS = ["0", "12.5", "25", "50", "75", "100"]
-RADIAN = 299792458e3 / (4 * math.pi * 20e6)  # mm of distance for a radian of phase
-GAIN = 7.0e6 * 0.85 / 4e3                    # counts m^2/ms: amplitude of the white sheet times D^2, of the profile
-REACH = 20.0                                 # mm: pixels farther from the middle are not in the printed statistics
-SHOT_NOISE = 0.5                             # counts, of the profile: figure 3.3, 16 mm in one frame
+RADIAN = 299792458e3 / (4 * math.pi * 20e6)  # mm of distance per radian of phase
+GAIN = 7.0e6 * 0.85 / 4e3                    # counts m^2/ms: amplitude of the white sheet times D^2, from the profile
+REACH = 20.0                                 # mm: pixels farther from the mean are excluded from the printed statistics
+SHOT_NOISE = 0.5                             # counts, from the profile: figure 3.3, 16 mm in one frame
 FRAMES = 250                                 # of a printed mean
 MEAN_SD = 13.0                               # mm: weight of a mean
 SPREAD_SD = 0.07                             # of the logarithm: weight of a standard deviation
@@ -47,18 +47,18 @@ class Board:
 
 
 def reflectivity(p, board):
-    """Relative to the white sheet."""
+    """Reflectivity relative to the white sheet."""
     return math.exp(p[board.level - 1]) if board.level else 1.0
 
 
 def phasor(p, board, distance):
-    """Counts per ms: light from the board, and what gets into the pixels inside the camera."""
+    """Counts per ms: light from the board, plus crosstalk inside the camera."""
     light = GAIN * reflectivity(p, board) / (distance * 1e-3) ** 2
     return light * cmath.exp(1j * distance / RADIAN) + complex(p[5], p[6])
 
 
 def decoded(p, phase):
-    """Phase of four samples with a third harmonic, the third of them taken at another step."""
+    """Phase of four samples with a third harmonic and a step error of the third sample."""
     harmonic = p[10] / RADIAN
     c = []
     for k in range(4):
@@ -72,7 +72,7 @@ def near(phase, other):
 
 
 def measured(p, board, distance, more=0.0):
-    """Measured distance, mm. more: a pixel's own offset, mm."""
+    """Measured distance, mm. more: individual offset of a pixel, mm."""
     phase = near(cmath.phase(phasor(p, board, distance)), distance / RADIAN)
     phase += (p[7] + p[8] * math.log(board.time) + p[9] * (board.time - 1) + more) / RADIAN
     return RADIAN * near(decoded(p, phase), phase)
@@ -83,13 +83,13 @@ def error(p, board):
 
 
 def slope(p, board):
-    """Change of the measured distance for one mm of the light's."""
+    """Change of the measured distance per mm of the light's path."""
     return (measured(p, board, board.distance + 1) - measured(p, board, board.distance - 1)) / 2
 
 
 def spreads(p, board):
-    """Standard deviations of the pixels of a mean of frames, mm: of the corrected depth without far pixels, and of the
-    measured distance with all."""
+    """Standard deviations of the pixels of a mean of frames, mm: of the corrected depth without far pixels, and of
+    the measured distance with all pixels."""
     amplitude = abs(phasor(p, board, board.distance))
     pattern = p[13] ** 2 + (RADIAN * p[14] / amplitude) ** 2
     noise = RADIAN ** 2 * SHOT_NOISE / (board.time * amplitude) / FRAMES
@@ -100,7 +100,7 @@ def spreads(p, board):
 
 
 def clipped(sd):
-    """Of normal values within the reach."""
+    """Standard deviation of normal values truncated at the reach."""
     a = REACH / sd
     inside, density = math.erf(a / math.sqrt(2)), math.exp(-a * a / 2) / math.sqrt(2 * math.pi)
     return sd * math.sqrt(1 - 2 * a * density / inside) if a > 0.05 else REACH / math.sqrt(3)
@@ -112,7 +112,7 @@ def residuals(p, boards):
 
 
 def solved(matrix, right):
-    """Gauss-Jordan with pivots."""
+    """Gauss-Jordan elimination with pivoting."""
     n = len(right)
     rows = [list(matrix[i]) + [right[i]] for i in range(n)]
     for i in range(n):
@@ -126,7 +126,7 @@ def solved(matrix, right):
 
 
 def fit(boards):
-    """Least squares by Levenberg and Marquardt."""
+    """Least squares by Levenberg-Marquardt."""
     p = [-0.4, -0.5, -1.8, -2.2, -2.6, 0, 300, -20, -10, 4, 35, 2, -0.03, 4, 0.1]
     r, damping = residuals(p, boards), 1e-2
     while damping < 1e8:
@@ -153,7 +153,7 @@ def fit(boards):
 
 
 def written():
-    """The values of the model file, in the order of the fit, those of the reflectivities left out."""
+    """Values of the model file, in the order of the fit, excluding the reflectivities."""
     text = MODEL.read_text(encoding="utf-8")
     found = lambda effect, key: float(re.search(rf"effect: {effect},[^}}]*\b{key}: (-?[\d.]+)", text).group(1))
     return [found("crosstalk", "real"), found("crosstalk", "imaginary"), found("zero_offset", "offset"),

@@ -23,7 +23,7 @@ class ReducedCampaign : public SmallCampaign {
     simulate(3, "taps");
     done("$TOFGRAPH reduce c/campaign.yaml -o s --quiet");
   }
-  /// The report of a search without the name and hash of the campaign's own file, and the model.
+  /// Report of a search without the name and hash of the campaign file, and the model.
   static std::string result_of(const std::string& folder) {
     nlohmann::json report = nlohmann::json::parse(read_text(home() / folder / "report.json"));
     EXPECT_GE(report["inputs"].size(), 2 + conditions);

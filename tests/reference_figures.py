@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of reference_results.py: figures 6.3, 6.4 and 6.9 to 6.11 of the reference, of the simulated camera."""
+"""Figures of reference_results.py: 6.3, 6.4 and 6.9 to 6.11 of the reference, for the simulated camera."""
 
 import math
 
@@ -9,13 +9,13 @@ HEAD = ('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w} {h}" font-fami
 
 
 def grid(found, value, target):
-    """{(distance in mm, time in ms): value} of a target of a calibration."""
+    """Dictionary {(distance in mm, time in ms): value} for a target of a calibration."""
     places = zip(found["target"], found["distance"], found["integration_time"], found[value])
     return {(round(d), t): v for k, d, t, v in places if int(k) == target}
 
 
 def colour(share):
-    """From blue by way of white to red. @param share 0 to 1"""
+    """Colour from blue through white to red. @param share 0 to 1"""
     share = min(max(share, 0), 1)
     low, middle, high = (33, 102, 172), (247, 247, 247), (178, 24, 43)
     a, b, s = (low, middle, 2 * share) if share < 0.5 else (middle, high, 2 * share - 1)
@@ -27,7 +27,7 @@ def label(x, y, words, more=""):
 
 
 def surface(values, left, top, title, unit, logarithmic):
-    """One surface over distance and time, seen from above the corner of small ones, far lines first."""
+    """Surface over distance and time, seen from above the corner of small values, far lines first."""
     distances, times = (sorted({key[i] for key in values}) for i in (0, 1))
     heights = {key: math.log10(v) if logarithmic else v for key, v in values.items()}
     low, high = min(heights.values()), max(heights.values())
@@ -98,10 +98,10 @@ def surfaces(found):
 
 
 def maps(found, names, optima, full):
-    """Figures 6.9 to 6.11: RMSE over distance and time, one panel a target.
+    """Figures 6.9 to 6.11: RMSE over distance and time, one panel per target.
 
     @param optima for each target {distance in mm: time in ms}, framed
-    @param full for each target {distance in mm: time in ms} from where on a tap is full: grey
+    @param full for each target {distance in mm: time in ms} above which a tap is full: grey
     """
     parts = []
     low, high = math.log(min(v for v in found["rmse"] if v > 0)), math.log(60)

@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reproduces the tables and figures of the reference and writes docs/reference_results.md with its picture.
+"""Reproduces the tables and figures of the reference and writes docs/reference_results.md with its figures.
 
-    python3 tests/reference_results.py --program build/bin/tofgraph           writes the page
-    python3 tests/reference_results.py --program build/bin/tofgraph --check   fails where the page is stale
+    python3 tests/reference_results.py --program build/bin/tofgraph            writes the page
+    python3 tests/reference_results.py --program build/bin/tofgraph --check    fails if the page is stale
 
 Every number in the page comes from a command of the page, which runs in a folder of its own, or was printed in the
 reference. Texts and printed numbers: reference_results_text.py.
@@ -51,7 +51,7 @@ class Runs:
             self.output[key] = self.output.get(key, "") + done.stdout
 
     def calibration(self, name):
-        """The columns of a calibration file: lists of numbers in its units."""
+        """Columns of a calibration file: lists of numbers in its units."""
         found = {}
         for key, body in re.findall(r"^  (\w+):((?:\n    .*|.)*)", (self.folder / name).read_text(), re.M):
             value = re.search(r"value: \[([^\]]*)\]", body)
@@ -60,14 +60,14 @@ class Runs:
         return found
 
     def statistics(self, name):
-        """A table of the sink `statistics`, of all frames: {node: {column: mm}}."""
+        """Table of the sink `statistics` over all frames: {node: {column: mm}}."""
         with open(self.folder / name, encoding="utf-8") as file:
             rows = [r for r in csv.DictReader(file) if r["frame"] == "all"]
         lengths = ("mean_m", "sd_m", "min_m", "max_m", "rms_m")
         return {r["name"]: {k[:-2]: 1e3 * float(r[k]) for k in lengths if r[k]} for r in rows}
 
     def amplitudes(self, name):
-        """Least over greatest intensity of an ASCII cloud."""
+        """Ratio of the smallest to the largest intensity of an ASCII cloud."""
         points = (self.folder / name).read_text().split("DATA ascii\n")[1].splitlines()
         values = [float(p.split()[3]) for p in points]
         return min(values) / max(values)
@@ -88,7 +88,7 @@ def table(head, rows):
 
 
 def rows_of(entries, values):
-    """Rows of (where, command, printed, obtained, why not), the numbers filled in."""
+    """Rows of (where, command, printed, obtained, reason for differences), with the numbers filled in."""
     return table(["where", "by", "printed", "obtained", "what is not reproduced, and why"],
                  [[cell.format(**values) for cell in row] for row in entries])
 
@@ -132,7 +132,7 @@ def chapter_5(runs):
 
 
 def worst(found, printed, column):
-    """Largest deviation from the printed numbers, mm, over rows that go together."""
+    """Largest deviation from the printed numbers, mm, over corresponding rows."""
     return max(abs(f - float(p[column])) for f, p in zip(found, printed))
 
 
@@ -186,11 +186,11 @@ def chapter_6(runs):
 
 TWIN = {"corrected": ("corrected_mean_mm", "corrected_std_mm"), "measured": ("measured_mean_mm", "measured_std_mm"),
         "offset": ("offset_mean_mm", "offset_std_mm")}
-NEAR = 0.25  # of a standard deviation: what counts as matched
+NEAR = 0.25  # of a standard deviation: tolerance for a match
 
 
 def twin_tables(runs):
-    """Tables 6.2 to 6.13 row by row: printed, and simulated by the profile camcube2_measured."""
+    """Tables 6.2 to 6.13 row by row: printed, and simulated with the profile camcube2_measured."""
     found = runs.calibration("out/tables.yaml")
     places = {(int(t), round(d)): i for i, (t, d) in enumerate(zip(found["target"], found["distance"]))}
     found["corrected_mean"], found["corrected_sd"] = found["depth"], found["final_sd"]
@@ -218,7 +218,7 @@ def twin_tables(runs):
 
 
 def optima(found):
-    """{(target, distance in mm): (time in ms, RMSE in mm)}"""
+    """Dictionary {(target, distance in mm): (time in ms, RMSE in mm)}."""
     places = zip(found["target"], found["distance"], found["integration_time"], found["rmse"])
     return {(LEVELS[int(t)], round(d)): (time, rmse) for t, d, time, rmse in places}
 
@@ -251,7 +251,7 @@ def integration_times(runs):
 
 
 def drawing(real, twin):
-    """Optimal integration times over the distance, one panel a target: published as dots, simulated as a line."""
+    """Optimal integration times over the distance, one panel per target: published as dots, simulated as a line."""
     width, height, left, top = 240, 170, 46, 26
     parts = []
     for k, level in enumerate(LEVELS):
@@ -297,7 +297,7 @@ def commands():
 
 
 def wrapped(page):
-    """The page with its paragraphs wrapped; tables, headings, commands and pictures stay."""
+    """Returns the page with wrapped paragraphs; tables, headings, commands and figures are unchanged."""
     prose = re.compile(r"[^|#!*`\n]|`[^`]")
     return "\n\n".join(textwrap.fill(part, 118, break_on_hyphens=False) if prose.match(part) else part
                        for part in page.split("\n\n"))
@@ -315,8 +315,8 @@ def make(runs):
 
 
 def same(old, made):
-    """True where two texts differ in no word and in no number by more than a unit of its last digit: other processors
-    round otherwise."""
+    """True if two texts have equal words and their numbers differ by at most one unit of the last digit: rounding
+    depends on the processor."""
     number = re.compile(r"-?\d+(?:\.\d+)?")
     if number.sub("#", old) != number.sub("#", made):
         return False

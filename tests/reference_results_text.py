@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""What reference_results.py writes around the obtained numbers: commands, printed numbers, reasons."""
+"""Text of reference_results.py around the computed numbers: commands, printed numbers, reasons."""
 
 DECODE = "four_phase_decoder"
 CLOUD = "optimized_bistatic ! point_cloud ! pcd_writer encoding=ascii"

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the house to its plan: no arrow from a lower room to a higher one, no long function, no old name.
+"""Checks the structure of the source tree: no dependency of a lower room on a higher one, no long function, no old
+name.
 
     tests/rooms.py [--build BUILD] [--root ROOT] [--dot]
 
-Arrows are the includes in the sources and the links that CMake writes to BUILD/rooms.txt; --dot prints them as a graph.
-Prints each breach and exits with 1 when there is any; warns of long files. Sources are the files that git knows; all in the folders of
-sources where the tree is no git repository.
+Dependencies are the includes in the sources and the links that CMake writes to BUILD/rooms.txt; --dot prints them as a
+graph. Prints each violation and exits with 1 if there is any; warns of long files. Sources are the files known to git,
+or all files in the source folders if the tree is not a git repository.
 """
 
 import argparse
@@ -18,17 +19,17 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-# Each may use those before it.
+# Each room may use those before it.
 ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "python", "foreign", "live", "simulation/files",
          "recording", "simulation", "conformance", "report", "inspection", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
          "diagnosis/report", "diagnosis", "cli"]
-# What plugins may use beside the border: the graph and the simulator know them by the C border alone.
+# Rooms for plugins beside the plugin interface; graph and simulator know plugins only through its C API.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "live", "simulation/files", "simulation"}
-DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli what their commands are asked for
+DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli, only what their commands need
 FOLDERS = ["framework", "plugins", "devices", "tests"]  # of sources
-LONG_FILE_LINES = 350  # a warning: a limit makes fragments
+LONG_FILE_LINES = 350  # only a warning: a hard limit would lead to fragmented files
 MAX_FUNCTION_LINES = 60
-# Names that were replaced by the field's own: identifiers of all rooms, of the gap search alone, and names of files.
+# Names replaced by standard terms: identifiers of all rooms, of the gap search alone, and file names.
 OLD_NAMES = re.compile(
     r"\b(Catalogue|WrittenNodes|SourceExit|fallback|Shot|shine|shine_(?:at|again)|develop|Uncleared|why_not_writable|"
     r"usual_limit|mood|look_at_plugin_path|reflected|worth_a_name|beyond_wandering|(?:InLightOf|brighten)\w*|"
@@ -46,14 +47,14 @@ OLD_FILES = re.compile(r"/(?:told|standing|apart|part|places|proof|found|shares|
 
 
 def without_comments_and_strings(text):
-    """Lines and columns stay; what is between quotes and what is commented out becomes blank."""
+    """Replaces strings and comments by blanks; lines and columns are unchanged."""
     pattern = re.compile(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.DOTALL)
     return pattern.sub(lambda m: re.sub(r"[^\n]", " ", m.group(0)), text)
 
 
 def known_to_git():
-    """The paths that git knows, or None where it is not there or the tree is none of its own."""
-    if not (ROOT / ".git").exists():  # the tree may lie in the repository of something else
+    """Paths known to git, or None if git is missing or the tree is no repository of its own."""
+    if not (ROOT / ".git").exists():  # the tree may be inside another repository
         return None
     try:
         listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
@@ -63,7 +64,7 @@ def known_to_git():
 
 
 def sources(*patterns):
-    """Paths from the root that match; * matches / too."""
+    """Matching paths relative to the root; * also matches /."""
     paths = known_to_git()
     if paths is None:
         paths = [str(path.relative_to(ROOT)) for folder in FOLDERS for path in sorted((ROOT / folder).rglob("*"))]
@@ -72,14 +73,14 @@ def sources(*patterns):
 
 
 def room_of(path):
-    """The room of a path below framework/; the longest that fits."""
+    """Room of a path below framework/; the longest match."""
     text = re.sub(r"^include/", "", str(path))
     fitting = [room for room in ROOMS if text.startswith(room + "/")]
     return max(fitting, key=len, default=None)
 
 
 def include_arrows():
-    """(from, to, place) of every include of one of our own files."""
+    """Yields (from, to, place) for every include of a project file."""
     for file in sources("framework/*.[ch]pp", "framework/*.h", "plugins/*.[ch]pp", "devices/*.[ch]pp"):
         inside = file.parts[0] == "framework"
         room = room_of(file.relative_to("framework")) if inside else file.parts[0]
@@ -112,7 +113,7 @@ def allowed(room, target):
 
 
 def long_functions(text):
-    """(line, length) of function bodies that are too long, found by the layout that clang-format gives."""
+    """Yields (line, length) of function bodies that are too long, detected by clang-format's layout."""
     lines = text.split("\n")
     for start, line in enumerate(lines):
         if not line.rstrip().endswith("{"):
@@ -134,7 +135,7 @@ def long_functions(text):
 
 
 def old_names(file, text, code):
-    """(line, name) of names that were replaced."""
+    """Yields (line, name) of replaced names."""
     search = file.parts[1] == "diagnosis" and len(file.parts) > 2 and file.parts[2] in ("model", "search")
     for number, (plain, line) in enumerate(zip(code.split("\n"), text.split("\n")), 1):
         found = OLD_NAMES.search(plain) or (search and OLD_NAMES_OF_SEARCH.search(plain))

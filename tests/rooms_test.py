@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""rooms.py on small trees that are wrong in one way each."""
+"""Tests rooms.py on small trees with one violation each."""
 
 import pathlib
 import shutil
@@ -24,7 +24,7 @@ GOOD = {
 
 
 def function(lines):
-    """A function of so many lines."""
+    """Returns a function with this number of lines."""
     return "int long_one(int a) {\n" + "  a += 1;\n" * (lines - 3) + "  return a;\n}\n"
 
 
@@ -107,7 +107,7 @@ class Rooms(unittest.TestCase):
         self.expect("framework/io/frame.cpp:2: 'fallback' is an old name")
 
     def test_old_names_of_the_search(self):
-        """Each left column of the table of standard names, as far as a word can be an identifier."""
+        """Every left column of the table of standard names, as far as it can be an identifier."""
         everywhere = """Silence silence_of Standing holds_zero told_of_values looseness unproved ruined is_proof is_rise
             own_columns brighten brightening Variances least_change importance drop_needless carriers guilty
             take_out_jitter hardly_differ BoardShapes Residue wander Allowances Piece structure_rank most_effects
@@ -169,7 +169,7 @@ class RoomsInGit(Rooms):
 
 @unittest.skipIf(shutil.which("git") is None, "there is no git")
 class RoomsBelowAnotherRepository(Rooms):
-    """A source tree that was unpacked in the repository of something else, which knows none of its files."""
+    """A source tree unpacked inside another repository, which knows none of its files."""
 
     def setUp(self):
         super().setUp()

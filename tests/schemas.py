@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the project's files to docs/schema, and the schemas to what the program reads.
+"""Checks the project's files against docs/schema, and the schemas against the program.
 
     tests/schemas.py --program build/bin/tofgraph
 
-Every file of the project and of its documentation must be taken, and what the program refuses must be refused. The
-program names the keys of a map, and the words of a choice, where it is given one that it does not know: at every place
-of the documents below the schema must have the same. Ends with 77, skipped, without python3-jsonschema or python3-yaml.
+Every file of the project and of its documentation must be accepted, and files rejected by the program must be rejected.
+Given an unknown key or word, the program lists the keys of a map or the words of a choice: at every place of the
+documents below the schema must have the same. Exits with 77, skipped, without python3-jsonschema or python3-yaml.
 """
 
 import argparse
@@ -33,7 +33,7 @@ FOLDER = ROOT / "docs/schema"
 LENS = "profile: 1\nwidth: 4\nheight: 4\nfocal_length: [3 px, 3 px]\nprincipal_point: [1, 1]\n"
 SCENE = "scene: 1\ncamera: camcube2\nobjects: "
 CAMPAIGN = "campaign: 1\ncamera: camcube2\n"
-# Documents that the program takes. The wrong ones below differ from them by what is wrong.
+# Documents that the program accepts. Each wrong one below differs from them by one error.
 RIGHT = {
     "pipeline": "pipeline: 1\nnodes: [{stage: simulator}]\ncamera: camcube2",
     "model": "model: 1\neffects: [{effect: wiggling, amplitude: 5 mm}]",
@@ -112,12 +112,12 @@ UNKNOWN = "zzzzzzzz"
 
 @functools.cache
 def schema_of(file):
-    """Returns a schema as it is written."""
+    """Returns a schema as stored in its file."""
     return json.loads((FOLDER / file).read_text())
 
 
 def inlined(file, node):
-    """Returns a part of a schema with everything that it refers to in place."""
+    """Returns a part of a schema with all its references resolved."""
     if isinstance(node, list):
         return [inlined(file, item) for item in node]
     if not isinstance(node, dict):
@@ -132,7 +132,7 @@ def inlined(file, node):
 
 
 def parts(schemas, value):
-    """Yields the schemas that a value is held to at a place."""
+    """Yields the schemas that apply to a value."""
     for schema in schemas:
         if not isinstance(schema, dict):
             continue
@@ -144,7 +144,7 @@ def parts(schemas, value):
 
 
 def places(schemas, value, path=()):
-    """Yields path, value and schemas of a value and of all that is in it."""
+    """Yields path, value and schemas of a value and of everything in it."""
     here = list(parts(schemas, value))
     yield path, value, here
     for key, inner in value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ():
@@ -157,15 +157,15 @@ def places(schemas, value, path=()):
 
 
 class Program:
-    """Shows documents to the program."""
+    """Passes documents to the program."""
 
     def __init__(self, program, folder):
         self.program, self.folder = program, pathlib.Path(folder)
         self.make_inputs()
 
     def make_inputs(self):
-        """Makes what documents name, so that none is refused because that is missing."""
-        (self.folder / "lens.yaml").write_text(LENS.replace("height: 4", "height: 3"))  # only one order of axes fits
+        """Creates the files that documents refer to, so that none is rejected because a file is missing."""
+        (self.folder / "lens.yaml").write_text(LENS.replace("height: 4", "height: 3"))  # only one axis order fits
         head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (3, 4)}".ljust(117) + b"\n"
         (self.folder / "array.npy").write_bytes(b"\x93NUMPY\x01\x00v\x00" + head + struct.pack("<12f", *[1] * 12))
         (self.folder / "a.csv").write_text("d,m\n1000,1010\n")
@@ -181,7 +181,7 @@ class Program:
         return subprocess.run([self.program, *words], capture_output=True, text=True, cwd=self.folder)
 
     def named(self, kind, document, path, change):
-        """Returns what the program names instead of a word that it does not know."""
+        """Returns the alternatives that the program lists for an unknown word."""
         document = copy.deepcopy(document)
         holder = document
         for key in path[:-1]:
@@ -195,8 +195,8 @@ class Program:
 
 
 def compare(kind, schema, program):
-    """Returns where schema and program name other keys or words."""
-    found = {}  # a map may be read in several ways: what the program names in any of the examples counts
+    """Returns the places at which schema and program have different keys or words."""
+    found = {}  # a map may be read in several ways: alternatives listed for any of the examples count
     seen = set()
     for example in EXAMPLES[kind]:
         document = {kind: 1, **example}
@@ -220,7 +220,7 @@ def compare(kind, schema, program):
 
 
 def unseen(node, seen, path="top"):
-    """Yields the maps and choices of a schema that no example has."""
+    """Yields the maps and choices of a schema that occur in no example."""
     if isinstance(node, dict):
         if (node.get("additionalProperties") is False or "enum" in node) and json.dumps(node) not in seen:
             yield path
@@ -228,12 +228,12 @@ def unseen(node, seen, path="top"):
     else:
         inner = enumerate(node) if isinstance(node, list) else ()
     for key, value in inner:
-        if key not in ("if", "nodes", "effects"):  # held to the declarations of the plugins
+        if key not in ("if", "nodes", "effects"):  # checked against the declarations of the plugins
             yield from unseen(value, seen, f"{path}/{key}")
 
 
 def units():
-    """Returns where the units of a dimension differ from the program's."""
+    """Returns the dimensions whose units differ from the program's."""
     source = (ROOT / "framework/config/quantity.cpp").read_text()
     rows = re.findall(r'\{"([^"]+)", [^{}]*?(\w+)(?:, 273\.15)?\}', source)
     failures = []

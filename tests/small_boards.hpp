@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A camera of 16 x 12 pixels with one lamp before boards, written out: no formula is shared with the project.
-/// For tests that include <hdf5.h> themselves.
+/// @file Independent implementation of a camera of 16 x 12 pixels with one lamp in front of boards: no formula is
+/// shared with the project. For tests that include <hdf5.h> themselves.
 #pragma once
 
 #include "tests/program.hpp"
@@ -24,7 +24,7 @@ inline const std::string small_profile =
     "frame_rate: 20 Hz\ngain: 7.0e6 counts m^2/s\ncontrast: 0.5\nread_noise: 3 counts\nshot_noise: 0.012 counts\n"
     "full_well: 30000 counts\n";
 
-/// Half of the way from the lamp over a perpendicular board at z and through the lens to the pixel, m.
+/// Half path from the lamp via a perpendicular board at z and through the lens to the pixel, m.
 inline double small_half_path(std::size_t pixel, double z) {
   constexpr double focal = 12.8e-3, pitch = 400e-6, lamp = 30e-3;
   const double x = (static_cast<double>(pixel % small_columns) - 7.5) * pitch;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A small simulated campaign `c`, 12 conditions, and the model `ideal.yaml` that lacks its wiggling.
+/// @file A small simulated campaign `c`, 12 conditions, and the model `ideal.yaml` without its wiggling.
 #pragma once
 
 #include "tests/program.hpp"
@@ -16,7 +16,7 @@ class SmallCampaign : public testing::Test {
  protected:
   static constexpr std::size_t conditions = 12;
 
-  /// @param output of the simulated camera, as a scene states it
+  /// @param output of the simulated camera, as stated in a scene
   static void simulate(int frames, const std::string& output) {
     home_ = std::make_unique<TemporaryFolder>();
     write_text(home() / "scene.yaml",

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Captures of 8 x 6 px and the profile of their camera, made within a test.
+/// @file Captures of 8 x 6 px and the profile of their camera, created within a test.
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -23,7 +23,7 @@ inline constexpr const char* small_profile =
     "read_noise: 3 counts\nshot_noise: 0.012 counts\nfull_well: 30000 counts\n"
     "sources:\n  - {position: [0 mm, 0 mm, 0 mm]}\n";
 
-/// Frames of float32 channels of the small camera; what is not set is plausible.
+/// Frames of float32 channels of the small camera; unset values are plausible.
 struct SmallCapture {
   using Image = std::vector<float>;
   std::vector<std::pair<std::string, std::vector<Image>>> channels;  ///< name, an image for each frame

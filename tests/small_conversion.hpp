@@ -21,7 +21,7 @@ class SmallConversion : public testing::Test {
   Outcome convert(const std::string& arguments) const {
     return tofgraph("convert " + arguments + " -o out.h5 --camera ./tiny.yaml --force");
   }
-  /// Debian's own Python, for which bootstrap installs NumPy and SciPy. @returns whether it could run
+  /// Debian's own Python, for which bootstrap installs NumPy and SciPy. @returns whether it succeeded
   bool python(const std::string& script) const {
     write_text(path("write.py"), "import numpy as np\n" + script);
     const Outcome outcome = shell("/usr/bin/python3 write.py", folder_.path());

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The table of thresholds in docs/method.md, made from framework/diagnosis/data/search_settings.hpp.
+"""Table of thresholds in docs/method.md, generated from framework/diagnosis/data/search_settings.hpp.
 
     tests/thresholds.py [--write] [--root ROOT]
 
-Without --write: exits with 1 when the table between <!-- thresholds --> and <!-- /thresholds --> is stale, or a
-threshold has no decision, unit and source.
+Without --write: exits with 1 if the table between <!-- thresholds --> and <!-- /thresholds --> is stale, or if a
+threshold lacks decision, unit or source.
 """
 
 import argparse
@@ -20,7 +20,7 @@ BEGIN, END = "<!-- thresholds -->\n", "<!-- /thresholds -->"
 
 
 def table(header):
-    """Rows in the order of the header; its comments are: decision | unit | source. Numerical constants stay there."""
+    """Rows in the order of the header, whose comments are: decision | unit | source; without numerical constants."""
     text = header[header.index("struct SearchSettings {"):header.index("\n};")]
     rows = ["| threshold | value | decides | source |", "| --- | --- | --- | --- |"]
     comment = []

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Times of the last run of the tests and of the last compilation.
+"""Times of the last test run and of the last compilation.
 
     tests/times.py [--build BUILD] [--times] [--strict]
 
---times prints the slowest tests and the compile time by folder; --strict exits with 1 where a test took longer than its
+--times prints the slowest tests and the compile time by folder; --strict exits with 1 if a test took longer than its
 label allows. Reads BUILD/tests.xml, which ./bootstrap test writes, and ninja's log.
 """
 
@@ -18,11 +18,11 @@ import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
-LIMITS = {"quick": 10.0, "slow": 90.0, "system": 600.0}  # s on one core of a machine that does nothing else
+LIMITS = {"quick": 10.0, "slow": 90.0, "system": 600.0}  # s on one core of an idle machine
 
 
 def test_times(build):
-    """(seconds, name, speed) of each test that ran, the slowest first."""
+    """List of (seconds, name, speed) for each test that ran, slowest first."""
     listed = json.loads(subprocess.run(["ctest", "--test-dir", str(build), "--show-only=json-v1"], capture_output=True,
                                        check=True, text=True).stdout)
     labels = {test["name"]: next((p["value"] for p in test.get("properties", []) if p["name"] == "LABELS"), [])
@@ -34,7 +34,7 @@ def test_times(build):
 
 
 def compile_times(build):
-    """Seconds of compilers by folder, from ninja's log: the last time that each object was made."""
+    """Compile time in s by folder, from ninja's log: the last build of each object."""
     objects = {}
     for line in (build / ".ninja_log").read_text().splitlines():
         fields = line.split("\t")

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A live camera: found, opened, read, and opened again when it comes back.
+// Live camera: found, opened, read, and reopened when it comes back.
 #include <fmt/format.h>
 #include <tofgraph/stage.hpp>
 
@@ -23,8 +23,8 @@ namespace tofgraph {
 using camcube::Backend;
 using camcube::Fault;
 
-/// All backends give the same frames for the same raw data. A fault ends the run, or, with `reconnect`, costs the
-/// frames that it spoils: the counter of the frames then has a gap.
+/// Source for all backends, which deliver the same frames for the same raw data. A fault ends the run; with `reconnect`
+/// only the frames concerned are lost, which leaves a gap in the frame counter.
 struct CamCube final : CamCubeParameters {
   void prepare(Setup& setup) {
     try {
@@ -71,7 +71,7 @@ struct CamCube final : CamCubeParameters {
  private:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds patience{50}, retry{100};
-  static constexpr int max_faults = 8;  ///< in a row, without a frame: then the device is opened again
+  static constexpr int max_faults = 8;  ///< consecutive faults without a frame before the device is reopened
 
   void find_camera(Setup& setup) {
     read_parameters();
@@ -99,7 +99,7 @@ struct CamCube final : CamCubeParameters {
     host->set_source(context, config::json_text(source).c_str());
   }
 
-  /// Prepares the controller of the integration time, which may begin with another time.
+  /// Prepares the control of the integration time, which may change the initial time.
   void prepare_control(const Setup& setup) {
     if (!*auto_integration_time) return;
     if (!(*amplitude_low < *amplitude_high))
@@ -131,14 +131,14 @@ struct CamCube final : CamCubeParameters {
     control_.emplace(*limits_);
   }
 
-  /// Between two frames: the next ones may have another time. This one is whole, whatever comes of it.
+  /// Adjusts the integration time of the following frames. This frame is complete in any case.
   void adjust(const Frame& frame) {
     const Array<const std::uint16_t> image(frame.find("taps"));
     if (image.extent(0) != RawSourceData::images)
       throw std::runtime_error(
           fmt::format("auto_integration_time needs frames of {} phase images, there are {}; remove it",
                       RawSourceData::images, image.extent(0)));
-    // What it is opened with again: what it has taken, not what it was asked for.
+    // For reopening: the time in use, not the requested one.
     settings_.integration_time = camcube::nearest_integration_time(settings_, frame.metadata().integration_time);
     const auto time = control_->next(image.span(), frame.metadata().integration_time);
     if (!time) return;
@@ -241,7 +241,7 @@ struct CamCube final : CamCubeParameters {
     setup.set_frames(delivery.frames, delivery.known);
   }
 
-  /// The user wants the end, or another node has failed.
+  /// True if the user ends the run or another node has failed.
   bool ending() const { return stopped_.load() || stopping(); }
 
   void begin() {
@@ -271,7 +271,7 @@ struct CamCube final : CamCubeParameters {
     if (fault.lost || ++faults_ > max_faults) open_again();
   }
 
-  /// Until the camera is back or the run ends.
+  /// Tries until the camera is back or the run ends.
   void open_again() {
     camera_->close();
     std::string said;
@@ -287,7 +287,7 @@ struct CamCube final : CamCubeParameters {
       }
       std::this_thread::sleep_for(retry);
     }
-    if (control_) control_.emplace(*limits_);  // what was asked for is lost where it was not taken
+    if (control_) control_.emplace(*limits_);  // a request that did not take effect yet is lost
     faults_ = 0;
     waiting_since_ = Clock::now();
   }
@@ -298,9 +298,9 @@ struct CamCube final : CamCubeParameters {
   camcube::FrameCounter counter_;
   std::optional<camcube::ControlLimits> limits_;
   std::optional<camcube::IntegrationControl> control_;
-  std::optional<Fault> later_;  // when the frame before it has left
+  std::optional<Fault> later_;  // reported after the frame before it
   std::atomic<bool> stopped_{false};
-  bool started_ = false, is_device_ = false;  // device: one that has to answer
+  bool started_ = false, is_device_ = false;  // device: must answer within the timeout
   int faults_ = 0;
   Clock::time_point last_frame_, waiting_since_;
 };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Contract of the stage `camcube`: outputs and parameters.
+/// @file Outputs and parameters of the stage `camcube`.
 #pragma once
 
 #include <tofgraph/stage.hpp>

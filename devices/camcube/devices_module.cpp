@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The command `tofgraph devices`: what is plugged in, and what keeps it from being opened.
+// The command `tofgraph devices`: lists connected cameras and the reasons why they cannot be opened.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Errors in the access to a camera.
+/// @file Errors of the access to a camera.
 #pragma once
 
 #include <stdexcept>
@@ -9,23 +9,23 @@
 
 namespace tofgraph::camcube {
 
-/// The words of everything that was tried on software only.
+/// Remark for everything that was tested with software only.
 inline constexpr std::string_view unverified = "not verified on hardware";
 
-/// A camera cannot be used as it was asked for; the parameter at fault.
+/// Camera that cannot be used with these settings; names the invalid parameter.
 struct SettingError : std::runtime_error {
   SettingError(std::string of, const std::string& text) : std::runtime_error(text), parameter(std::move(of)) {}
   std::string parameter;
 };
 
-/// This way leads to no camera here: the next one may be tried.
+/// No camera is available through this backend; the next one may be tried.
 struct NotFound : SettingError {
   using SettingError::SettingError;
 };
 
-/// Something went wrong with a camera that was running.
+/// Failure of a running camera.
 struct Fault : std::runtime_error {
-  /// @param device_lost it has to be opened again
+  /// @param device_lost it must be reopened
   Fault(const std::string& text, bool device_lost) : std::runtime_error(text), lost(device_lost) {}
   bool lost;
 };

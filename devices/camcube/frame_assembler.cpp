@@ -68,7 +68,7 @@ void FrameAssembler::begin_frame(Bytes header) {
     frame_.number = count_++;
 }
 
-/// Spoils the frame where it does not.
+/// Checks that an image continues the frame; otherwise the frame is discarded.
 bool FrameAssembler::belongs_to_frame(Bytes header, std::uint64_t index) {
   const bool numbered = protocol_.number.has_value();
   const std::uint64_t number = numbered ? protocol_.number->read(header) : 0;
@@ -92,7 +92,7 @@ void FrameAssembler::finish_frame() {
   frames_.offer(frame_);
 }
 
-/// Takes the exposure from the headers. @returns false if it is impossible, which invalidates the frame
+/// Reads the exposure from the headers. @returns false if it is impossible, which discards the frame
 bool FrameAssembler::take_settings() {
   const Bytes header(frame_.bytes.data(), RawSourceData::header_bytes);
   const auto value = [&](const std::optional<Field>& field, double unit, double otherwise) {
@@ -111,7 +111,7 @@ bool FrameAssembler::take_settings() {
   return false;
 }
 
-/// The counter of the headers, without wrapping around.
+/// Extends the counter of the headers beyond its wrap-around.
 void FrameAssembler::count_frame() {
   const std::size_t bits = 8 * protocol_.number->type.bytes;
   const std::uint64_t mask = bits < 64 ? (std::uint64_t{1} << bits) - 1 : UINT64_MAX;
@@ -126,7 +126,7 @@ void FrameAssembler::count_frame() {
 }
 
 void FrameAssembler::interrupted() {
-  if (!skipping_ && next_image_ == 0) ++count_;  // no image of it was counted
+  if (!skipping_ && next_image_ == 0) ++count_;  // a frame of which no image has been counted yet
   next_image_ = 0;
   skipping_ = true;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Assembly of transfers to frames; an invalid transfer invalidates its own frame only.
+/// @file Assembly of frames from transfers; an invalid transfer invalidates only its own frame.
 #pragma once
 
 #include <span>
@@ -11,25 +11,25 @@
 
 namespace tofgraph::camcube {
 
-/// Values of a frame that its headers do not state; s, Hz, NaN: not known.
+/// Values used if a frame's headers do not state them; s, Hz, NaN: unknown.
 struct FrameDefaults {
   double integration_time, modulation_frequency;
-  double longest_time = 1;  ///< s, that a header may say
+  double longest_time = 1;  ///< s, maximum accepted from a header
 };
 
-/// Assembler of frames, whose beginning each message states without counting: by the message itself if it is a whole
-/// frame, else by the header's index of the image, else by the number of the frame, which changes there. Not
-/// thread-safe: all calls come from one thread.
+/// Assembles frames. The beginning of a frame follows from each message without counting: from the message if it is a
+/// whole frame, else from the image index in the header, else from a change of the frame number. Not thread-safe: all
+/// calls come from one thread.
 class FrameAssembler {
  public:
   FrameAssembler(const Protocol& protocol, const RawSourceData& layout, const FrameDefaults& defaults,
                  FrameExchange& frames);
 
-  /// Bytes that a transfer brings.
+  /// Size of a transfer in bytes.
   std::size_t message_bytes() const { return protocol_.whole_frames ? frame_bytes_ : image_bytes_; }
-  /// A transfer's whole content, an image or a frame.
+  /// Processes the content of one transfer, an image or a frame.
   void message(std::span<const std::uint8_t> bytes);
-  /// Something was lost between two transfers, nobody knows how much: the frame under way is spoiled.
+  /// Reports a loss of unknown size between two transfers, which invalidates the frame being assembled.
   void interrupted();
 
  private:
@@ -49,13 +49,13 @@ class FrameAssembler {
   const std::size_t image_bytes_, frame_bytes_;
   const FrameDefaults defaults_;
   FrameExchange& frames_;
-  RawFrame frame_;                    ///< under way
-  std::size_t next_image_ = 0;        ///< within the frame; 0: none is under way
-  bool skipping_ = false;             ///< to the beginning of a frame
-  std::optional<std::uint64_t> raw_;  ///< as in the headers of the frame that began last
+  RawFrame frame_;                    ///< being assembled
+  std::size_t next_image_ = 0;        ///< within the frame; 0: no frame is being assembled
+  bool skipping_ = false;             ///< until the beginning of a frame
+  std::optional<std::uint64_t> raw_;  ///< number in the headers of the current frame
   std::optional<std::uint64_t> last_raw_,
-      last_number_;          ///< values of the last whole frame, the latter without wrapping around
-  std::uint64_t count_ = 0;  ///< frames begun, if headers have no number
+      last_number_;          ///< of the last complete frame, the latter extended beyond its wrap-around
+  std::uint64_t count_ = 0;  ///< frames begun, if headers contain no number
 };
 
 }  // namespace tofgraph::camcube

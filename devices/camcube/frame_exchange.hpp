@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Between the thread of a device and that of the source: few frames, the newest are kept.
+/// @file Queue between the thread of a device and that of the source: short, keeps the newest frames.
 #pragma once
 
 #include <chrono>
@@ -16,53 +16,53 @@
 
 namespace tofgraph::camcube {
 
-/// Now, in ns since 1970.
+/// Current time in ns since 1970.
 std::int64_t now_ns();
 
-/// Raw source data of one frame, or what stands for it.
+/// Raw source data of one frame, or equivalent data.
 struct RawFrame {
   std::vector<std::uint8_t> bytes;
-  std::uint64_t number = 0;                               ///< the device's counter
+  std::uint64_t number = 0;                               ///< counter of the device
   std::int64_t timestamp_ns = 0;                          ///< start of the exposure, since 1970
   double integration_time = 0, modulation_frequency = 0;  ///< s, Hz
 };
 
-/// Frames and faults in the order in which they came. Nothing allocates once all frames have their size, but for
-/// faults. [any thread]
+/// Frames and faults in order of arrival. Allocates only for faults once all frames have their size. [any
+/// thread]
 class FrameExchange {
  public:
-  /// @param frames that may wait @param bytes of each
+  /// @param frames maximum number waiting @param bytes of each
   FrameExchange(std::size_t frames, std::size_t bytes) : waiting_(frames) {
     for (Waiting& one : waiting_) one.frame.bytes.resize(bytes);
   }
 
-  /// Takes a frame; gives back the memory of another. Where all places are taken the oldest makes room.
+  /// Accepts a frame and returns the memory of another one in it. If the queue is full, the oldest frame is dropped.
   void offer(RawFrame& frame);
-  /// Adds a fault that the reader receives after earlier frames. Of several between two frames the first is kept, or
-  /// the first that lost the device.
+  /// Adds a fault that the reader receives after earlier frames. Between two frames only one is kept: the first, or the
+  /// first that lost the device.
   void fail(const Fault& fault);
-  /// Waits for a frame. @returns false when none came in time, or after wake() @throws Fault
+  /// Waits for a frame. @returns false on timeout or after wake() @throws Fault
   bool take(RawFrame& frame, std::chrono::milliseconds patience);
-  /// Makes take() return now and from now on.
+  /// Makes take() return immediately from now on.
   void wake();
-  /// Forgets frames and faults, for a new beginning.
+  /// Removes frames and faults, for a restart.
   void clear();
-  /// Frames that made room, as nobody read them in time.
+  /// Number of frames dropped because they were not read in time.
   std::uint64_t lost_frames() const;
 
  private:
-  using MaybeFault = std::optional<std::pair<std::string, bool>>;  // text, device lost: an exception has one thread
+  using MaybeFault = std::optional<std::pair<std::string, bool>>;  // text, device lost; an exception is not shared
   struct Waiting {
     RawFrame frame;
-    MaybeFault before;  // this frame came
+    MaybeFault before;  // preceding this frame
   };
   static void merge(MaybeFault& earlier, MaybeFault later);
 
-  mutable std::mutex mutex_;  // all below
+  mutable std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
-  std::vector<Waiting> waiting_;  // a ring
+  std::vector<Waiting> waiting_;  // ring buffer
   std::size_t first_ = 0, count_ = 0;
-  MaybeFault last_fault_;  // behind the last frame
+  MaybeFault last_fault_;  // after the last frame
   std::uint64_t lost_frames_ = 0;
   bool woken_ = false;
 };

@@ -12,13 +12,13 @@
 namespace tofgraph::camcube {
 namespace {
 
-constexpr std::size_t pixel_step = 7;   ///< every so many pixels are looked at: 6000 of 204 x 204
+constexpr std::size_t pixel_step = 7;   ///< subsampling: 6000 pixels of 204 x 204
 constexpr double bright_tap = 0.99;     ///< percentile of the brighter tap, which must not reach the full well
 constexpr double max_filling = 0.8;     ///< relative to the full well
-constexpr double when_saturated = 0.4;  ///< factor of the time: how far it is above the full well, nobody sees
-constexpr double max_change = 8;        ///< factor in one step
-constexpr double not_worth = 0.02;      ///< relative change that is not made
-constexpr int max_ignored = 40;         ///< frames after which a time that never came is asked for no more
+constexpr double when_saturated = 0.4;  ///< factor of the time, since the excess over the full well cannot be measured
+constexpr double max_change = 8;        ///< maximum factor per step
+constexpr double not_worth = 0.02;      ///< relative change too small to be made
+constexpr int max_ignored = 40;         ///< frames after which a new time that never took effect is given up
 
 float percentile(std::vector<float>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -34,7 +34,7 @@ double use_calibration(const std::string& file, const std::string& camera, Contr
   const io::Calibrated longest = reader.column("longest", "s", shortest.value.size(), "[2 ms, 4 ms]");
   const double recommended = reader.has("recommended") ? reader.need("recommended", "s", 1, "2 ms").value.front()
                                                        : std::numeric_limits<double>::quiet_NaN();
-  // The others are for people.
+  // The other keys are for human readers.
   if (reader.has("recommended_error")) static_cast<void>(reader.need("recommended_error", "m", 1, "{value: 5 mm}"));
   for (const auto& [key, unit] : {std::pair{"target", ""},
                                   {"distance", "m"},

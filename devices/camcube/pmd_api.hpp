@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The C interface of the vendor's library libpmdaccess2, as far as it is used: own declarations of what is publicly
-/// known of it. Not verified on hardware. Every function returns a code of Result.
+/// The C interface of the vendor's library libpmdaccess2, as far as it is used: own declarations based on public
+/// information. Not verified on hardware. Every function returns a code of Result.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ enum Result : int {
 
 enum Proximity : int { at_least = 0, at_most = 1, close_to = 2 };
 
-/// Bits of a pixel's flags; only these four mean the same as ours.
+/// Bits of a pixel's flags; only these four have the same meaning as in this project.
 inline constexpr unsigned common_flags = 0x0f, flag_invalid = 0x01;
 
 /// Types of source data, DataDescription::type: taps A and B of 16 bits, big-endian or little-endian.
@@ -71,11 +71,11 @@ static_assert(sizeof(ImageDescription) == 108 && sizeof(DataDescription) == 128 
 using Open = int(Handle*, const char* source, const char* source_parameter, const char* processing,
                  const char* processing_parameter);
 using Close = int(Handle);
-using GetLastError = int(Handle, char* text, std::size_t bytes);  ///< handle 0 where opening failed
-using Update = int(Handle);                                       ///< blocks until a frame is there
+using GetLastError = int(Handle, char* text, std::size_t bytes);  ///< handle 0: failure of opening
+using Update = int(Handle);                                       ///< blocks until a frame is available
 /// Microseconds; Hz.
 using SetNumber = int(Handle, unsigned index, unsigned value);
-/// The index comes last here.
+/// The index comes last in this function.
 using GetNumber = int(Handle, unsigned* value, unsigned index);
 using GetValidNumber = int(Handle, unsigned* nearest, unsigned index, Proximity, unsigned value);
 using GetSourceDataSize = int(Handle, std::size_t* bytes);
@@ -83,6 +83,6 @@ using GetSourceData = int(Handle, void* data, std::size_t bytes);
 using GetSourceDataDescription = int(Handle, DataDescription*);
 using GetImage = int(Handle, float* image, std::size_t bytes);  ///< distances, amplitudes, intensities; row by row
 using GetFlags = int(Handle, unsigned* image, std::size_t bytes);
-using Command = int(Handle, char* answer, std::size_t bytes, const char* command);  ///< the answer may be (0, 0)
+using Command = int(Handle, char* answer, std::size_t bytes, const char* command);  ///< the answer buffer may be (0, 0)
 
 }  // namespace tofgraph::camcube::pmd

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* file_name = "libpmdaccess2.so";
-/// Platform mark of the vendor in the names of plugins for this program.
+/// Platform suffix in the file names of the vendor's plugins for this program.
 constexpr const char* platform = sizeof(void*) == 8 ? "L64" : "L32";
 
 std::string sdk_folder() {
@@ -41,7 +41,7 @@ std::string machine_name(unsigned machine) {
   }
 }
 
-/// Machine that a library's file was built for, or nothing.
+/// Machine for which a library file was built, or nothing.
 unsigned machine_of(const std::string& path) {
   unsigned char head[20] = {};
   std::ifstream(path, std::ios::binary).read(reinterpret_cast<char*>(head), sizeof head);

@@ -14,7 +14,7 @@ namespace tofgraph::camcube {
 namespace {
 
 constexpr std::size_t waiting_frames = 4;
-constexpr auto min_pause = std::chrono::milliseconds(5);  ///< between two calls that bring nothing
+constexpr auto min_pause = std::chrono::milliseconds(5);  ///< between two calls without result
 
 std::size_t bytes_of(const RawSourceData& layout, bool images) {
   return images ? 4 * layout.pixels() * sizeof(float) : layout.frame_bytes();
@@ -119,7 +119,7 @@ void PmdSession::work() {
       take_wanted_time();
       const auto start = std::chrono::steady_clock::now();
       const int result = update(handle_);
-      if (result == pmd::timed_out) {  // whoever waits for the frame knows for how long
+      if (result == pmd::timed_out) {  // the reader of frames has its own timeout
         std::this_thread::sleep_until(start + min_pause);
         continue;
       }
@@ -145,7 +145,7 @@ void PmdSession::take_wanted_time() {
   if (time == 0) return;
   try {
     set_number("integration_time", "IntegrationTime", "s", 1e-6, time, true);
-  } catch (const SettingError& refused) {  // it keeps the one that it has
+  } catch (const SettingError& refused) {  // the camera keeps its current time
     return frames_.fail(Fault(refused.what(), false));
   }
   const double set = number("IntegrationTime", 1e-6);

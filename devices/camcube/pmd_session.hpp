@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// A camera opened through the vendor's library, and the thread that waits in it: the library's call for the next frame
-/// blocks, maybe for ever.
+/// blocks, possibly forever.
 #pragma once
 
 #include <atomic>
@@ -25,18 +25,18 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   /// Sends a command to the source plugin, or to the processing plugin. @returns the answer
   /// @throws SettingError naming the parameter
   std::string command(const char* parameter, const std::string& text, bool processing) const;
-  /// The same for what not every camera knows. @returns what is wrong, or nothing
+  /// As command(), for commands that not every camera knows. @returns the error, or nothing
   std::string try_command(const std::string& text, bool processing) const;
-  /// Integration time in whole microseconds, or modulation frequency in whole hertz.
-  /// @param nearest the nearest valid value will do @throws SettingError that says the nearest valid value
+  /// Sets the integration time in whole microseconds or the modulation frequency in whole hertz.
+  /// @param nearest accepts the nearest valid value @throws SettingError naming the nearest valid value
   void set_number(const char* parameter, const char* what, const char* unit, double factor, double value,
                   bool nearest = false) const;
   /// Current setting, in s or Hz; NaN if the library does not provide it.
   double number(const char* what, double factor) const;
 
-  /// Frames flow from now on, made in a thread of their own.
+  /// Starts the acquisition in a separate thread.
   void start();
-  /// Ends the thread when its call returns; it closes the camera then. Waits for that at most a second.
+  /// Ends the thread when its call returns; the thread then closes the camera. Waits at most one second.
   /// @returns whether the call returned in that time
   static bool close(const std::shared_ptr<PmdSession>& session) noexcept;
 
@@ -47,7 +47,7 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
     integration_time_ = integration_time;
     modulation_frequency_ = modulation_frequency;
   }
-  /// Sets the time of following frames, between two frames: the library is used by one thread. [any thread]
+  /// Sets the time of following frames; applied between two frames by the thread that uses the library. [any thread]
   void change_integration_time(double time) { wanted_time_.store(time); }
   bool big_endian() const { return big_endian_.load(); }
 
@@ -66,8 +66,8 @@ class PmdSession : public std::enable_shared_from_this<PmdSession> {
   double integration_time_ = 0, modulation_frequency_ = 0;
   FrameExchange frames_;
   std::atomic<bool> stopping_{false}, big_endian_{true};
-  std::atomic<double> wanted_time_{0};  ///< s; 0: as it is
-  std::mutex mutex_;                    // the two below
+  std::atomic<double> wanted_time_{0};  ///< s; 0: unchanged
+  std::mutex mutex_;                    // guards the two members below
   std::condition_variable ended_;
   bool running_ = false;
 };

@@ -15,8 +15,8 @@
 namespace tofgraph::camcube {
 namespace {
 
-/// Corrections of the vendor's software that precede the project's models: command, and whether the processing plugin
-/// accepts it.
+/// Corrections by the vendor's software that would precede the project's models: command, and whether it is for the
+/// processing plugin.
 constexpr std::pair<const char*, bool> calibrations[] = {{"SetFPNCalibration", false},
                                                          {"SetLensCalibration", false},
                                                          {"SetFPPNCalibration", true},
@@ -143,7 +143,7 @@ class PmdSdk final : public Backend {
   std::string serial() const {
     try {
       return session_->command("commands", "GetSerialNumber", false);
-    } catch (const SettingError&) {  // not every plugin knows it
+    } catch (const SettingError&) {  // not every plugin supports it
       return {};
     }
   }
@@ -174,7 +174,7 @@ class PmdSdk final : public Backend {
   RawSourceData layout_;
   std::shared_ptr<const PmdLibrary> library_;
   std::shared_ptr<PmdSession> session_;
-  std::weak_ptr<PmdSession> stuck_;  // closed, but its thread waits in the library
+  std::weak_ptr<PmdSession> stuck_;  // closed, but its thread is still waiting in the library
   RawFrame frame_;
   std::uint64_t lost_frames_ = 0;
   bool started_ = false, told_ = false;

@@ -35,7 +35,7 @@ std::optional<std::uint64_t> whole(std::string_view text, int base = 10) {
   return number;
 }
 
-/// A byte of two hexadecimal digits.
+/// Byte given by two hexadecimal digits.
 std::optional<std::uint8_t> hex_byte(const std::string& word) {
   const auto number = word.size() == 2 ? whole(word, 16) : std::nullopt;
   return number ? std::optional(static_cast<std::uint8_t>(*number)) : std::nullopt;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Raw source data into the channels `taps` and `raw_headers` of a frame.
+/// @file Conversion of raw source data to the channels `taps` and `raw_headers` of a frame.
 #pragma once
 
 #include "devices/camcube/backend.hpp"

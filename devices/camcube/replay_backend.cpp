@@ -22,11 +22,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Of the pace, ns: a pause may be as long as so many periods, and in any case so long.
+// Limits of a recorded pause: this number of periods, and in any case at least this time, ns.
 constexpr std::int64_t periods_in_a_pause = 10, min_longest_pause = 5'000'000'000;
 constexpr std::int64_t longest_period = 86400 * 1'000'000'000LL;
 
-/// A recording, as a camera that gives its frames again.
+/// A recording played back as a camera.
 class Recording {
  public:
   Recording() = default;
@@ -214,7 +214,7 @@ class Replay final : public Backend {
                                            settings_.file));
   }
 
-  /// Learns the pace from time stamps, which are not reliable: they may decrease, or jump by years.
+  /// Derives the pace from time stamps, which are not reliable: they may decrease, or jump by years.
   void learn_pace() {
     pauses_.assign(recording_->frames(), 0);
     for (std::size_t i = 1; i < pauses_.size(); ++i) {
@@ -230,7 +230,7 @@ class Replay final : public Backend {
     const auto back = std::ranges::count_if(pauses_, [](std::int64_t pause) { return pause < 0; });
     const auto cut = std::ranges::count_if(pauses_, [&](std::int64_t pause) { return pause > longest; });
     for (std::int64_t& pause : pauses_) pause = std::clamp<std::int64_t>(pause, 0, longest);
-    pauses_.front() = typical;  // a round begins a frame after the end of the one before
+    pauses_.front() = typical;  // a repetition begins one frame after the end of the previous one
     if (settings_.at_recorded_pace && back + cut > 0)
       stage_.warn(
           fmt::format("{}: {} of its time stamps {} before the one of the frame before, {} of its pauses {} cut "
@@ -239,7 +239,7 @@ class Replay final : public Backend {
                       static_cast<double>(longest) * 1e-9));
   }
 
-  /// Recorded time of the next frame; each round begins a frame after the end of the previous one. Wraps around.
+  /// Recorded time of the next frame; each repetition begins one frame after the end of the previous one. Wraps around.
   std::int64_t recorded_time() const {
     const auto stamp = [this](std::size_t i) {
       return static_cast<std::uint64_t>(recording_->metadata(i).timestamp_ns);
@@ -249,7 +249,7 @@ class Replay final : public Backend {
     return static_cast<std::int64_t>(stamp(next_) + round_ * round);
   }
 
-  /// Waits until then, not longer than its patience.
+  /// Waits until the next frame is due, but no longer than `patience`.
   bool is_due(std::chrono::milliseconds patience) {
     const auto now = Clock::now();
     if (!due_) due_ = now;
@@ -262,7 +262,7 @@ class Replay final : public Backend {
   std::unique_ptr<const io::CaptureReader> capture_;
   std::unique_ptr<Recording> recording_;
   bool has_times_ = false;
-  double period_ = 0;  // s, where there are no time stamps
+  double period_ = 0;  // s, if there are no time stamps
   std::size_t next_ = 0, round_ = 0;
   std::vector<std::int64_t> pauses_;  // ns, before each frame
   std::optional<Clock::time_point> due_;

@@ -14,10 +14,10 @@
 namespace tofgraph::camcube {
 namespace {
 
-constexpr double patience_periods = 8;  ///< that a frame may be late before the pace is given up
+constexpr double patience_periods = 8;  ///< delay of a frame in periods at which the pace is abandoned
 
-/// The digital twin: the conditions of a scene one after the other, each for its frames, again and again. The noise is
-/// never the same twice.
+/// Digital twin of the camera: plays the conditions of a scene one after the other, each for its frames, repeatedly.
+/// The noise never repeats.
 class Simulated final : public Backend {
  public:
   Simulated(const Stage& stage, const Settings& settings) : stage_(stage), settings_(settings), reader_(stage) {}
@@ -69,7 +69,7 @@ class Simulated final : public Backend {
     config::Diagnostics diagnostics;
     auto changed = read_scene(time, diagnostics);
     if (!changed) throw Fault(diagnostics.text(), false);
-    prepared_.reset();  // it looks at the former
+    prepared_.reset();  // refers to the previous simulation
     simulation_ = std::move(changed);
     load(condition_);
   }
@@ -79,7 +79,7 @@ class Simulated final : public Backend {
       start_ = Clock::now();
       start_ns_ = now_ns();
     }
-    // A frame is there when its exposure has ended.
+    // A frame is available when its exposure has ended.
     const auto since_start = [&](std::uint64_t n) { return std::llround(static_cast<double>(n) * period_ * 1e9); };
     keep_up(since_start(next_ + 1));
     const auto due = *start_ + std::chrono::nanoseconds(since_start(next_ + 1));
@@ -111,7 +111,7 @@ class Simulated final : public Backend {
     return simulation::Simulation::read(settings_.scene, reader_.registry(), changes, diagnostics);
   }
 
-  /// The n-th of those that are played.
+  /// Index of the n-th condition to play.
   std::size_t at(std::uint64_t n) const {
     return static_cast<std::size_t>(settings_.condition < 0 ? n : static_cast<std::uint64_t>(settings_.condition));
   }
@@ -121,8 +121,8 @@ class Simulated final : public Backend {
     prepared_ = simulation_->prepare(condition);
   }
 
-  /// A computer that is slower than the camera makes a slower camera, whose time stamps are those of the clock: its
-  /// frames are all there, and nobody has to catch up with it. @param due ns since start
+  /// Slows the camera down if the computer cannot simulate in real time: time stamps follow the clock, no frame is lost
+  /// and the delay does not accumulate. @param due ns since start
   void keep_up(std::int64_t due) {
     const auto late = Clock::now() - (*start_ + std::chrono::nanoseconds(due));
     if (std::chrono::duration<double>(late).count() < patience_periods * period_) return;

@@ -51,10 +51,10 @@ class Usb final : public Backend {
 
   void close() noexcept override {
     if (transport_) {
-      transport_->stop();  // before any synchronous transfer
+      transport_->stop();  // must precede any synchronous transfer
       try {
         if (transport_->all_came_back()) device_->command("stop", values_);
-      } catch (const std::exception&) {  // it may be gone
+      } catch (const std::exception&) {  // it may have been unplugged
       }
       transport_.reset();
     }
@@ -134,7 +134,7 @@ class Usb final : public Backend {
     }
   }
 
-  /// Before the camera is started, and in words that name the remedy.
+  /// Checks the USB memory before the camera is started, with the remedy in the message.
   void check_memory() const {
     const std::size_t message = settings_.layout.frame_bytes() / (protocol_.whole_frames ? 1 : RawSourceData::images);
     const std::size_t needed = protocol_.transfers * message, most = usb_memory();
@@ -167,7 +167,7 @@ class Usb final : public Backend {
   CommandValues values_;
   FrameDefaults defaults_{};
   FrameExchange frames_;
-  RawFrame frame_;  // the reader's
+  RawFrame frame_;  // of the reading thread
   UsbContext context_{nullptr, libusb_exit};
   std::unique_ptr<UsbDevice> device_;
   std::unique_ptr<FrameAssembler> assembler_;

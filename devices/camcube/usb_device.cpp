@@ -13,9 +13,9 @@
 namespace tofgraph::camcube {
 namespace {
 
-constexpr unsigned answer_ms = 500;  ///< that a device may take to answer a command
+constexpr unsigned answer_ms = 500;  ///< maximum time for a device to answer a command
 
-/// usb.ids 2025.07.26; c012 and c00f from the vendor's public material. Which of them a CamCube 2.0 has is not known.
+/// usb.ids 2025.07.26; c012 and c00f from the vendor's public material. The ID of a CamCube 2.0 is unknown.
 struct Product {
   std::uint16_t id;
   std::string_view name;
@@ -25,7 +25,7 @@ constexpr Product products[] = {{0xc003, "CamCube"},       {0xc004, "CamBoard"},
                                 {0xc009, "CamBoard plus"}, {0xc00a, "DigiCam"},       {0xc00d, "pico LDD"},
                                 {0xc00f, "pico"},          {0xc012, "pico flexx"}};
 
-/// Devices as libusb lists them, given back at the end.
+/// Devices as listed by libusb, freed at the end.
 class DeviceList {
  public:
   explicit DeviceList(libusb_context* context) : size_(libusb_get_device_list(context, &devices_)) {}
@@ -86,7 +86,7 @@ UsbCamera described(libusb_device* device) {
   return camera;
 }
 
-/// The bulk endpoints of an interface, for a message.
+/// Bulk endpoints of an interface, for a message.
 std::string endpoints_text(const libusb_interface_descriptor& interface) {
   std::vector<std::string> all;
   for (int i = 0; i < interface.bNumEndpoints; ++i) {

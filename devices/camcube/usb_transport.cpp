@@ -11,7 +11,7 @@
 namespace tofgraph::camcube {
 namespace {
 
-constexpr std::size_t largest_packet = 1024;  ///< USB 3; a transfer takes whole packets
+constexpr std::size_t largest_packet = 1024;  ///< USB 3; the buffer size is a multiple of it
 constexpr std::size_t patience_with_failures = 8;
 constexpr auto cancel_patience = std::chrono::seconds(1);
 
@@ -37,8 +37,8 @@ UsbTransport::UsbTransport(libusb_context* context, libusb_device_handle* handle
     transfer.owner = this;
     transfer.transfer.reset(libusb_alloc_transfer(0));
     if (!transfer.transfer) throw Fault(fmt::format("there is no memory for {} transfers", transfers), true);
-    // Room for a little more than a message, so that one that is too long is seen; where it is a whole number of
-    // packets there is no short packet, and the transfer has to end with it.
+    // A little more than a message, so that a message that is too long is detected; but if the message is a whole
+    // number of packets, no short packet follows, and the transfer must end with it.
     transfer.buffer.resize(bytes % 512 == 0 ? bytes : room);
     libusb_fill_bulk_transfer(transfer.transfer.get(), handle_, endpoint_, transfer.buffer.data(),
                               static_cast<int>(transfer.buffer.size()), completed, &transfer, 0);
@@ -95,7 +95,7 @@ void UsbTransport::post(std::function<void()> transfer) {
   libusb_interrupt_event_handler(context_);
 }
 
-/// While one is made, transfers that end are completed in this very thread.
+/// Runs posted transfers; bulk transfers that end meanwhile are completed in this thread too.
 void UsbTransport::make_posted_transfers() {
   std::vector<std::function<void()>> posted;
   {
@@ -128,9 +128,9 @@ void UsbTransport::stop() noexcept {
   else
     cancel_all();
   if (in_flight_ == 0) return transfers_.reset();
-  // What the system still has it may write into, and libusb may say so later: it is left to the process.
+  // The system may still write into these transfers and libusb may complete them later, so they are never freed.
   for (Transfer& transfer : *transfers_) transfer.owner = nullptr;
-  [[maybe_unused]] static std::vector<Transfer>* left = nullptr;  // what is pointed at counts as no leak
+  [[maybe_unused]] static std::vector<Transfer>* left = nullptr;  // reachable memory is not reported as a leak
   left = transfers_.release();
 }
 
@@ -169,7 +169,7 @@ void UsbTransport::complete(Transfer& transfer) {
   if (!cancelling_ && !stalled_ && !gone_ && !stopping_.load()) submit_again(transfer);
 }
 
-/// A stalled endpoint gives nothing until it is cleared, and what is queued behind the stall has to be asked for anew.
+/// A stalled endpoint delivers nothing until it is cleared; transfers queued behind the stall must be resubmitted.
 void UsbTransport::recover_from_stall() {
   events_.interrupted();
   if (!cancel_all()) {

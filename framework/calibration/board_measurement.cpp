@@ -62,7 +62,7 @@ Moments moments_of(const std::vector<double>& values) {
   return m;
 }
 
-/// The window's pixels with their rays, and what the ideal camera makes of the board.
+/// Pixels of the window with their rays, and the ideal measurement of the board.
 struct BoardModel::Places {
   std::vector<Vector3> rays;
   std::vector<double> true_path, true_depth, modelled;  ///< D_ref(T), T, D(T)
@@ -82,12 +82,12 @@ struct BoardModel::Places {
 
 namespace {
 
-/// m. The statistics of the reference's tables leave out pixels that are farther from the board's middle: where the
-/// measured deviation exceeds 12 mm, that of the corrected depth stays below 11.5 mm, which is that of 40 mm evenly
-/// filled, and the mean of Ms.D + O.M differs from that of O.C.D.
+/// Limit of a pixel's deviation from the median depth in the reference's tables, m. Inferred: where the measured
+/// standard deviation exceeds 12 mm, that of the corrected depth stays below 11.5 mm, the value of a uniform
+/// distribution 40 mm wide, and the mean of Ms.D + O.M differs from that of O.C.D.
 constexpr double printed_reach = 20e-3;
 
-/// Indices of the values within a reach of their median; all if the reach is infinite or some are NaN.
+/// Indices of the values within `reach` of their median; all if the reach is infinite or some are NaN.
 std::vector<std::size_t> near_median(const std::vector<double>& values, double reach) {
   const bool whole = std::isinf(reach) || std::ranges::any_of(values, [](double v) { return std::isnan(v); });
   const double middle = whole ? 0 : physics::median(std::vector(values));
@@ -161,7 +161,7 @@ void BoardModel::remodel(Board& board, const Places& p, const std::vector<double
   double square = 0;
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const double path = p.true_path[i] + shift / p.rays[i].z;
-    // In the printed variant the reflected path of every pixel grows by what the depth grows.
+    // In the printed variant the reflected path of every pixel increases by the change of the depth.
     const double excess = variant_ == io::OffsetVariant::printed ? (shift - shift / p.rays[i].z) / 2 : 0;
     again.push_back(physics::distance_at(geometry_, p.rays[i], path) + excess);
     offset.push_back(p.modelled[i] - again.back());
@@ -222,14 +222,14 @@ Board BoardModel::measure(const io::Condition& condition, const MeanImages& imag
   return board;
 }
 
-/// The depth of a perpendicular board whose mean distance over the window is this one, by the secant's rule.
+/// Depth of a perpendicular board with this mean distance over the window, by fixed-point iteration.
 double BoardModel::depth_of_mean(const std::vector<std::size_t>& pixels, double distance, double start) const {
   double z = start;
   for (int step = 0; step < 50; ++step) {
     double mean = 0;
     for (const std::size_t i : pixels)
       mean += physics::distance_at_depth(geometry_, rays_[i], z) / static_cast<double>(pixels.size());
-    z += distance - mean;  // the mean distance grows nearly as the depth does
+    z += distance - mean;  // the slope of the mean distance is nearly 1
     if (std::abs(distance - mean) < 1e-9) break;
   }
   return z;
@@ -253,7 +253,7 @@ Board BoardModel::measure(const io::Condition& condition) const {
   remodel(board, p, distance);
   board.measured.mean = std::isfinite(m.distance) ? m.distance : moments_of(distance).mean;
   board.offset_corrected = {board.measured.mean + board.offset.mean, unknown};
-  board.final.sd = board.corrected.sd;  // the offset is smooth: it keeps the noise
+  board.final.sd = board.corrected.sd;  // the offset is smooth: the noise is unchanged
   const double in_distance = board.corrected.sd * slope / board.pixels;
   board.rmse = std::hypot(board.rmse, in_distance);
   const double independent = std::isfinite(m.count) ? std::min(m.count, board.pixels) : board.pixels;
@@ -280,7 +280,7 @@ std::array<double, 2> fit_falloff(const std::vector<Board>& boards) {
     for (std::size_t i = 0; i < 2; ++i) b[i] += board.falloff.product[i];
     count += board.falloff.count;
   }
-  constexpr double narrow = 0.02;  // spread of tan^2 that says something
+  constexpr double narrow = 0.02;  // minimum spread of tan^2 for a fit
   if (!(std::sqrt(a[0] / std::max(count, 1.0)) > narrow)) return {};
   const double determinant = a[0] * a[2] - a[1] * a[1];
   if (!(determinant > 1e-6 * a[0] * a[2])) return {b[0] / a[0], 0};

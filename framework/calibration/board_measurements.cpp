@@ -25,9 +25,9 @@ namespace {
 
 using config::format_quantity;
 
-constexpr double too_noisy = 0.05;  ///< relative to the unambiguous range: the phases of single frames begin to wrap
+constexpr double too_noisy = 0.05;  ///< relative to the unambiguous range: above it, single frames begin to wrap
 
-/// Why a condition cannot be used, or nothing. It is left out, with a note.
+/// Reason why a condition is excluded, with a note; empty: it is used.
 std::string other_purpose(const io::Condition& c, bool table, bool single_sources) {
   if (!c.has_board() || !c.scene.empty()) return "it shows no board";
   if (c.is_capped()) return "the lens is capped";
@@ -38,14 +38,14 @@ std::string other_purpose(const io::Condition& c, bool table, bool single_source
   return "";
 }
 
-/// Condition that was read, or the reason why not.
+/// Condition that was read, or the reason for its exclusion.
 struct Read {
   std::optional<Board> board;
   CameraSeen seen;
   ConditionEvidence evidence;
-  UnusablePixels unusable;    ///< pixels
-  std::string left_out;       ///< and why, for a note
-  std::string mistake, hint;  ///< user's
+  UnusablePixels unusable;    ///< numbers of pixels
+  std::string left_out;       ///< reason for the exclusion, for a note
+  std::string mistake, hint;  ///< of the user
 };
 
 class Reader {
@@ -136,7 +136,7 @@ class Reader {
     }
   }
 
-  /// Pixels that differ from the others by a whole turn, as at the corners of a far board.
+  /// Excludes pixels that differ from the others by a full range, e.g. in the corners of a far board.
   void leave_out_wrapped(const io::Condition& condition, MeanImages& images) const {
     const std::vector<double> modelled = models_.of(condition).modelled(condition, images.pixels);
     std::vector<double> difference;
@@ -180,7 +180,7 @@ class Reader {
     result.board.reset();
   }
 
-  /// The capture's own words on the condition.
+  /// Records what the capture states about the condition.
   static void note_capture(const io::Recording& recording, const io::Condition& condition,
                            ConditionEvidence& evidence) {
     evidence.condition = condition;
@@ -207,7 +207,7 @@ class Reader {
   CampaignChecks checks_;
 };
 
-/// Several measurements of one condition as one; their scatter tells how well each is known.
+/// Merges repeated measurements of a condition; their scatter gives the uncertainty.
 Board merged(const std::vector<Board>& same) {
   Board result = same.front();
   if (same.size() == 1) return result;
@@ -249,7 +249,7 @@ void merge_repeats(Boards& all) {
   }
 }
 
-/// A slip of the unit of all distances: they grow at another rate than what was measured.
+/// Detects a wrong unit of all distances: they increase at a different rate than the measured ones.
 void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, config::Diagnostics& diagnostics) {
   if (boards.size() < 3) return;
   const auto [near, far] = std::ranges::minmax_element(boards, {}, &Board::distance);
@@ -259,7 +259,7 @@ void check_unit(const io::Campaign& campaign, const std::vector<Board>& boards, 
       if (b.distance > a.distance) rates.push_back((b.measured.mean - a.measured.mean) / (b.distance - a.distance));
   if (rates.empty()) return;
   const double rate = physics::median(std::move(rates));
-  constexpr double large = 2;  // no camera's scale is that wrong
+  constexpr double large = 2;  // beyond any camera's scale error
   if (!(rate > large) && !(rate < 1 / large)) return;
   diagnostics.error(
       place_of(campaign.conditions.front()),

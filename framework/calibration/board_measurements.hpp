@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The boards of a campaign, read from its captures or its table, and what is wrong with them.
+/// @file Boards of a campaign, read from its captures or its table, with checks for errors.
 #pragma once
 
 #include "calibration/board_measurement.hpp"
@@ -14,15 +14,15 @@
 namespace tofgraph::calibration {
 
 struct Boards {
-  std::vector<Board> boards;         ///< merged: by target, distance, integration time; kept: as in the campaign
+  std::vector<Board> boards;         ///< merged: ordered by target, distance, integration time; kept: in campaign order
   std::vector<std::string> targets;  ///< labels, in the order of the campaign
   std::array<double, 2> falloff{};   ///< see io::response_of
-  std::string serial;                ///< camera's; empty: not recorded
-  std::vector<std::string> notes;    ///< conditions left out or merged, and why
-  std::vector<std::string> applied;  ///< corrections that the captures' distances have already, by stage
+  std::string serial;                ///< of the camera; empty: not recorded
+  std::vector<std::string> notes;    ///< excluded or merged conditions, and why
+  std::vector<std::string> applied;  ///< corrections already applied to the captures' distances, by stage
   std::size_t repeats = 0;           ///< conditions that were merged with another one
-  std::size_t conditions = 0;        ///< the campaign's
-  UnusablePixels unusable;           ///< of the conditions that are used
+  std::size_t conditions = 0;        ///< number of conditions in the campaign
+  UnusablePixels unusable;           ///< sums over the conditions used
 
   std::size_t target_of(const Board& board) const;
 };
@@ -34,16 +34,16 @@ enum class Repeats { merged, kept };
 struct ReadBoards {
   std::function<void(double share)> progress;
   Repeats repeats = Repeats::merged;
-  bool single_sources = false;  ///< conditions with some of the sources are used, too
-  bool skip_wrapped = false;    ///< boards beyond the unambiguous range are left out with a note, not mistakes
-  /// Called with each board that is used, its place in the campaign and its images; by several threads at once.
+  bool single_sources = false;  ///< also use conditions with only some of the sources on
+  bool skip_wrapped = false;    ///< exclude boards beyond the unambiguous range with a note instead of an error
+  /// Called for each board that is used, with its index in the campaign and its images; by several threads at once.
   std::function<void(std::size_t condition, const Board& board, const MeanImages& images)> visit;
 };
 
-/// Reads every condition with a board once, two at a time on two cores, one frame each in memory.
-/// Mistakes, each at its condition: a capture that cannot be read, a window without pixels, wrapped distances,
-/// distances that contradict the campaign, another serial.
-/// @throws config::ConfigurationError with every mistake
+/// Reads every condition with a board once, two at a time on two cores, with one frame each in memory.
+/// Errors, each at its condition: an unreadable capture, a window without pixels, wrapped distances, distances that
+/// contradict the campaign, a different serial number.
+/// @throws config::ConfigurationError with all errors
 Boards read_boards(const io::Campaign& campaign, io::OffsetVariant variant, const ReadBoards& options);
 
 }  // namespace tofgraph::calibration

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Boards of a campaign as few phasors, for the check of what was written of them: common to calibration and
-/// diagnosis.
+/// @file Phasors of the boards of a campaign at a few image positions, for checking the campaign's entries: common to
+/// calibration and diagnosis.
 #pragma once
 
 #include "io/condition.hpp"
@@ -12,18 +12,18 @@
 
 namespace tofgraph::calibration {
 
-/// Each condition at the same places of the image.
+/// Phasors of each condition at the same image positions.
 struct BoardPhasors {
-  using Phasors = std::vector<std::complex<double>>;  ///< counts; one a place
+  using Phasors = std::vector<std::complex<double>>;  ///< counts; one per position
   std::vector<io::Condition> conditions;
-  std::vector<Phasors> measured;    ///< NaN: not known; a condition without any is empty
-  std::vector<char> has_amplitude;  ///< 0: the magnitudes of the condition mean nothing
-  std::vector<Phasors> ideal;       ///< an ideal camera's; the reflectivity is the stated one, or the same for all
-  std::function<Phasors(const io::Condition&)> ideal_of;  ///< the same of a condition that was written otherwise
+  std::vector<Phasors> measured;    ///< NaN: unknown; empty if all are unknown
+  std::vector<char> has_amplitude;  ///< 0: the magnitudes of the condition are meaningless
+  std::vector<Phasors> ideal;       ///< of an ideal camera, with the stated reflectivity, or the same for all
+  std::function<Phasors(const io::Condition&)> ideal_of;  ///< the same for a modified condition
   double modulation_frequency = 0;                        ///< Hz
   double min_distance = 0;                                ///< m, of a board
-  double max_amplitude = io::unknown;  ///< counts, where taps saturate; unknown: saturated pixels are left out already
-  std::vector<double> recorded_times;  ///< s, integration times that the captures say; NaN: not recorded
+  double max_amplitude = io::unknown;  ///< counts, saturation level; unknown: saturated pixels are already excluded
+  std::vector<double> recorded_times;  ///< s, integration times stated by the captures; NaN: not recorded
 
   std::size_t size() const { return conditions.size(); }
 };

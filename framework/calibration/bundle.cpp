@@ -16,13 +16,13 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double outlier_view = 6;     ///< mean square residual over that of the median view: 2.4 times its rms
-constexpr double outlier_corner = 30;  ///< squared residual over the variance: 5.5 standard deviations
-constexpr double tolerated = 0.1;      ///< px: what is smaller is not called an outlier, however exact the others are
+constexpr double outlier_view = 6;     ///< mean square residual relative to that of the median view: 2.4 times its rms
+constexpr double outlier_corner = 30;  ///< squared residual relative to the variance: 5.5 standard deviations
+constexpr double tolerated = 0.1;      ///< px: smaller residuals are not outliers, however small the others are
 constexpr double undetermined = 0.05;  ///< relative standard deviation of the focal length
 constexpr double nearly_parallel = 0.985;  ///< cosine of a tilt of 10 deg
 
-/// Squared residual over its stated covariance; 2 on the average.
+/// Squared residual normalised by its stated covariance; expectation 2.
 double squared_residual(const Corner& corner, const std::array<double, 2>& residual) {
   const auto [uu, uv, vv] = corner.covariance;
   return (vv * residual[0] * residual[0] - 2 * uv * residual[0] * residual[1] + uu * residual[1] * residual[1]) /
@@ -59,7 +59,7 @@ class Solver {
         "(--free, --without warp)");
   }
 
-  /// @param sd relative, of the focal length; 0: not known
+  /// @param sd relative standard deviation of the focal length; 0: unknown
   [[noreturn]] void undetermined_error(double sd) const {
     if (parallel())
       throw std::runtime_error(
@@ -71,7 +71,7 @@ class Solver {
         100 * sd));
   }
 
-  /// Excludes single views, the worst first, until the others are consistent; then single corners.
+  /// Excludes views one by one, the worst first, until the others are consistent; then single corners.
   void leave_outliers_out() {
     for (;;) {
       problem_.solve(true, false, scatter_);
@@ -90,7 +90,7 @@ class Solver {
       std::vector<double> squares;
       for (std::size_t i = 0; i < view.residuals.size(); ++i)
         squares.push_back(squared_residual(observations_.views[view.view].corners[i], view.residuals[i]));
-      // a single wild corner does not make an outlier view: the largest tenth is not looked at
+      // a single bad corner does not make an outlier view: the largest tenth is ignored
       std::ranges::sort(squares);
       const std::size_t kept = squares.size() - squares.size() / 10;
       means.push_back(std::accumulate(squares.begin(), squares.begin() + static_cast<std::ptrdiff_t>(kept), 0.0) /
@@ -118,7 +118,7 @@ class Solver {
       for (std::size_t i = 0; i < view.used.size(); ++i)
         if (view.used[i])
           squares.push_back(squared_residual(observations_.views[view.view].corners[i], view.residuals[i]));
-    const double variance = physics::median(squares) / 1.386;  // the median of a chi-square of two degrees of freedom
+    const double variance = physics::median(squares) / 1.386;  // median of chi-square with two degrees of freedom
     std::size_t changed = 0;
     for (SolvedView& view : problem_.views) {
       for (std::size_t i = 0; i < view.used.size(); ++i) {
@@ -149,7 +149,7 @@ class Solver {
     scatter_.corners = std::max(std::sqrt(squares / degrees_), 1e-6);
   }
 
-  /// The distances' noise and the scatter of the views' shifts are estimated with the rest: MacKay's iteration.
+  /// Estimates the noise of the distances and the scatter of the views' shifts with the rest (MacKay's iteration).
   void use_distances() {
     constexpr double min_shift = 5e-5;  // m
     for (int round = 0; round < 6; ++round) {

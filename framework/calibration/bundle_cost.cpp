@@ -9,7 +9,7 @@ namespace tofgraph::calibration::cost {
 namespace {
 
 template <int rows, int columns> using Rows = Eigen::Matrix<double, rows, columns, Eigen::RowMajor>;
-/// By the parameters of the lens.
+/// Derivatives with respect to the lens parameters.
 using ByLens = Rows<2, static_cast<int>(lens::count)>;
 
 template <class Matrix> Eigen::Map<Matrix> matrix_at(double* values) { return Eigen::Map<Matrix>(values); }
@@ -33,7 +33,7 @@ Eigen::Matrix2d by_plane(const LensParameters& lens, double x, double y) {
   return Eigen::Map<const Rows<2, 2>>(plane_jacobian(lens, x, y).data());
 }
 
-/// A point turned by a small rotation. @param by_rotation derivatives by its vector
+/// Rotates a point by a small rotation. @param by_rotation derivatives with respect to the rotation vector
 Eigen::Vector3d turned_by(const double* small, const Eigen::Vector3d& point, Eigen::Matrix3d& by_rotation) {
   using Jet = ceres::Jet<double, 3>;
   const Jet vector[3] = {{small[0], 0}, {small[1], 1}, {small[2], 2}},
@@ -65,7 +65,7 @@ bool CornerCost::Evaluate(double const* const* parameters, double* residuals, do
   const double x = camera.x() / camera.z(), y = camera.y() / camera.z();
   Rows<2, 3> plane_by_point;
   plane_by_point << 1, 0, -x, 0, 1, -y;
-  Eigen::Matrix2d white;  // the residual is seen minus predicted
+  Eigen::Matrix2d white;  // the residual is observed minus predicted
   white << -residual_.white[0], 0, -residual_.white[1], -residual_.white[2];
   const Rows<2, 3> by_point = white * by_plane(lens, x, y) * plane_by_point / camera.z();
   if (jacobians[0] != nullptr) matrix_at<ByLens>(jacobians[0]) = white * by_lens(lens, x, y);
@@ -98,7 +98,7 @@ bool DistanceCost::Evaluate(double const* const* parameters, double* residuals, 
   residuals[0] = (residual_.distance - (path.a * (1 + range[1]) + range[0] + pose[6])) / residual_.sd;
   const Rows<1, 12> by = -(1 + range[1]) / residual_.sd * path.v.transpose();
   if (jacobians[0] != nullptr) {
-    // The ray's pixel stays where it is: what the lens does to it, the ray makes up for.
+    // The pixel of the ray is fixed: the ray compensates every change of the lens.
     Eigen::Map<Rows<1, static_cast<int>(lens::count)>> by_parameters(jacobians[0]);
     by_parameters = -by.leftCols<2>() * by_plane(lens, xy[0], xy[1]).inverse() * by_lens(lens, xy[0], xy[1]);
     by_parameters[lens::fx] += by[focal] * pitch[0] / 2;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The residuals of the bundle and their derivatives, for Ceres. The only header that needs Ceres.
+/// @file Residuals of the bundle adjustment and their derivatives, for Ceres. The only header that needs Ceres.
 #pragma once
 
 #include "calibration/bundle.hpp"
@@ -12,10 +12,10 @@
 
 namespace tofgraph::calibration::cost {
 
-/// A pose near a fixed rotation: rotation vector, translation, shift of the distances.
+/// Pose relative to a fixed rotation: rotation vector, translation, shift of the distances.
 using PoseParameters = std::array<double, 7>;
 
-/// A point of the board with its bending.
+/// Point of the board including its warp.
 struct BentPoint {
   double x = 0, y = 0;
   std::array<double, 3> basis{};
@@ -25,7 +25,7 @@ template <class T> T bent(const T* warp, const std::array<double, 3>& basis) {
   return warp[0] * basis[0] + warp[1] * basis[1] + warp[2] * basis[2];
 }
 
-/// From the board's frame to the camera's.
+/// Transforms from the board's frame to the camera's.
 template <class T> void to_camera(const double* rotation, const T* pose, const T* board, T* camera) {
   T turned[3];
   for (int i = 0; i < 3; ++i)
@@ -34,7 +34,7 @@ template <class T> void to_camera(const double* rotation, const T* pose, const T
   for (int i = 0; i < 3; ++i) camera[i] += pose[3 + i];
 }
 
-/// A direction from the camera's frame to the board's.
+/// Transforms a direction from the camera's frame to the board's.
 template <class T> void to_board(const double* rotation, const T* pose, const T* camera, T* board) {
   const T back[3] = {-pose[0], -pose[1], -pose[2]};
   T turned[3];
@@ -43,12 +43,12 @@ template <class T> void to_board(const double* rotation, const T* pose, const T*
     board[i] = rotation[i] * turned[0] + rotation[3 + i] * turned[1] + rotation[6 + i] * turned[2];
 }
 
-/// Seen minus predicted place of a corner, whitened by the inverse Cholesky factor of its covariance.
+/// Observed minus predicted position of a corner, whitened by the inverse Cholesky factor of its covariance.
 struct CornerResidual {
   double u, v;
   std::array<double, 3> white;  ///< lower triangular: 00, 10, 11
   BentPoint point;
-  double radius;           ///< circle's; 0: a corner
+  double radius;           ///< of the circle; 0: a corner
   const double* rotation;  ///< fixed part of the pose
 
   template <class T> bool operator()(const T* lens, const T* warp, const T* pose, T* residual) const {
@@ -75,7 +75,7 @@ struct CornerResidual {
     return true;
   }
 
-  /// A circle's centroid is not the image of its centre: that of the polygon of its rim.
+  /// Centroid of the imaged circle, which differs from the image of its centre: that of a polygon along its rim.
   template <class T> bool centroid(const T* lens, const T* warp, const T* pose, T* pixel) const {
     constexpr int sides = 16;
     T rim[sides][2], centre[2], area(0.0), moment[2] = {T(0.0), T(0.0)};
@@ -97,7 +97,7 @@ struct CornerResidual {
   }
 };
 
-/// D of a point in the optical frame by the imaging model of physics/geometry, with the derivatives of its arguments.
+/// D of a point in the optical frame by the imaging model of physics/geometry, with derivatives by its arguments.
 inline double half_path_of(const physics::Geometry& geometry, const double* point) {
   const physics::Vector3 p{point[0], point[1], point[2]};
   const double length = physics::norm(p);
@@ -124,10 +124,10 @@ template <class T> T half_path(const LightPaths& light, const T* point, const T&
   return result;
 }
 
-/// Measured minus predicted distance of a pixel's ray to the bent board.
+/// Measured minus predicted distance from a pixel along its ray to the warped board.
 struct DistanceResidual {
   double u, v, distance, sd;
-  std::array<double, 2> half_extent;  ///< board's, where the warps are 1
+  std::array<double, 2> half_extent;  ///< of the board, where the warps are 1
   bool isotropic;
   const LightPaths* light;
   const double* rotation;
@@ -149,14 +149,14 @@ struct DistanceResidual {
     return true;
   }
 
-  /// The true half path of a ray, whose third component is 1, by the board.
+  /// True half path along a ray, whose third component is 1, to the board.
   template <class T> bool path_of(const T* ray, const T& focal_length, const T* warp, const T* pose, T* path) const {
     const T back[3] = {-pose[3], -pose[4], -pose[5]};
     T direction[3], camera[3];
     to_board(rotation, pose, ray, direction);
     to_board(rotation, pose, back, camera);
     T along = -camera[2] / direction[2];
-    for (int i = 0; i < 2; ++i) {  // the bending is small: its second step changes nothing any more
+    for (int i = 0; i < 2; ++i) {  // the warp is small: two iterations are sufficient
       const T a = (camera[0] + along * direction[0]) / half_extent[0];
       const T b = (camera[1] + along * direction[1]) / half_extent[1];
       const T height =
@@ -173,7 +173,7 @@ struct DistanceResidual {
   static double scalar(double x) { return x; }
   template <class T> static double scalar(const T& x) { return x.a; }
 
-  /// The pixel's ray: Newton's method on plain numbers, then one step with derivatives.
+  /// Ray of the pixel: Newton's method on plain numbers, then one step with derivatives.
   template <class T> bool ray_of(const T* lens, T* ray) const {
     LensParameters plain;
     for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = scalar(lens[i]);
@@ -191,8 +191,8 @@ struct DistanceResidual {
   }
 };
 
-/// The residual of a corner with derivatives in closed form: several times as fast as automatic ones, which carry all
-/// 23 unknowns through each operation.
+/// Residual of a corner with derivatives in closed form: several times faster than automatic differentiation, which
+/// propagates all 23 unknowns through each operation.
 class CornerCost : public ceres::SizedCostFunction<2, lens::count, 3, 7> {
  public:
   explicit CornerCost(const CornerResidual& residual) : residual_(residual) {}
@@ -202,8 +202,8 @@ class CornerCost : public ceres::SizedCostFunction<2, lens::count, 3, 7> {
   CornerResidual residual_;
 };
 
-/// The residual of a distance. Its path depends on 12 numbers, which automatic derivatives are taken of: the ray, the
-/// focal length, the warp and the pose; those of the ray by the lens are in closed form.
+/// Residual of a distance. Its path depends on 12 numbers with automatic derivatives: the ray, the focal length, the
+/// warp and the pose; the derivatives of the ray with respect to the lens are in closed form.
 class DistanceCost : public ceres::SizedCostFunction<1, lens::count, 3, 2, 7> {
  public:
   explicit DistanceCost(const DistanceResidual& residual) : residual_(residual) {}
@@ -213,7 +213,7 @@ class DistanceCost : public ceres::SizedCostFunction<1, lens::count, 3, 2, 7> {
   DistanceResidual residual_;
 };
 
-/// A shift or a scale that is small: its prior.
+/// Prior of a shift or a scale that is expected to be small.
 struct Prior {
   double sd;
   int index;

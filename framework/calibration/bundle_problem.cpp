@@ -13,12 +13,12 @@
 namespace tofgraph::calibration {
 namespace {
 
-// Priors, standard deviations: wide, so that what the data do not tell stays bounded.
+// Standard deviations of priors: wide, they only bound parameters that the data do not determine.
 constexpr double warp_prior = 5e-3;         ///< m
 constexpr double range_offset_prior = 1;    ///< m
-constexpr double without_distances = 1e-3;  ///< m: any number; nothing depends on it
+constexpr double without_distances = 1e-3;  ///< m: arbitrary, without influence
 
-/// Silences Ceres' messages on single steps; the result is reported.
+/// Silences Ceres' messages on single steps; the result is reported separately.
 void silence_ceres() {
   static const bool once = [] {
     FLAGS_minloglevel = google::GLOG_FATAL;
@@ -179,7 +179,7 @@ bool BundleProblem::solve(bool robust, bool with_distances, const Scatter& scatt
   return summary.termination_type == ceres::CONVERGENCE;
 }
 
-/// The small rotations become part of the fixed ones: the covariance is then that of rotations about the camera's axes.
+/// Moves the small rotations into the fixed ones: the covariance then refers to rotations about the camera's axes.
 void BundleProblem::fold() {
   for (std::size_t i = 0; i < views.size(); ++i) {
     using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -201,7 +201,7 @@ void BundleProblem::update_residuals(bool with_distances) {
     view.distance_residuals.clear();
     double squares = 0, count = 0;
     for (std::size_t k = 0; k < seen.corners.size(); ++k) {
-      double pixel[2] = {1e6, 1e6};  // behind the camera: far off
+      double pixel[2] = {1e6, 1e6};  // behind the camera: far outside
       corner_residual(i, seen.corners[k], 1).predict<double>(lens.data(), warp.data(), poses_[i].data(), pixel);
       view.residuals.push_back({seen.corners[k].u - pixel[0], seen.corners[k].v - pixel[1]});
       if (!view.used[k]) continue;
@@ -236,7 +236,7 @@ Eigen::MatrixXd BundleProblem::covariance(bool with_distances, const Scatter& sc
       for (std::size_t b = begin; b < end; ++b)
         normal(jacobian.cols[a], jacobian.cols[b]) += jacobian.values[a] * jacobian.values[b];
   }
-  // Parameters differ by orders of magnitude: scaled to ones on the diagonal before the factorisation.
+  // Parameters differ by orders of magnitude: scaled to a unit diagonal before the factorisation.
   const Eigen::VectorXd scale = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   normal = scale.asDiagonal() * normal * scale.asDiagonal();
   const Eigen::LLT<Eigen::MatrixXd> factor(normal);

@@ -1,31 +1,31 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The bundle's parameters with the problem that Ceres solves. Part of bundle.cpp.
+/// @file Parameters of the bundle adjustment and the problem that Ceres solves. Part of bundle.cpp.
 #pragma once
 
 #include "calibration/bundle_cost.hpp"
 
 namespace tofgraph::calibration {
 
-/// The scatter that residuals are weighted with; estimated from them.
+/// Scatter used for weighting the residuals; estimated from them.
 struct Scatter {
   double corners = 1;         ///< factor of the stated standard deviations
   double distances = 1;       ///< factor of the stated standard deviations
-  double range_shift = 3e-3;  ///< m, of a view's distances as a whole
+  double range_shift = 3e-3;  ///< m, common to the distances of a view
 };
 
 /// State of the fit.
 class BundleProblem {
  public:
-  /// Initial lens and poses by OpenCV. @throws std::runtime_error when there is none
+  /// Initial lens and poses by OpenCV. @throws std::runtime_error if there are none
   BundleProblem(const Observations& observations, const LensOptions& options);
 
-  /// Least squares from the present state. @param robust large residuals count less
-  /// @returns whether it converged
+  /// Least squares from the current state. @param robust large residuals are down-weighted
+  /// @returns true if it converged
   bool solve(bool robust, bool with_distances, const Scatter& scatter);
-  /// Residuals and their sums at the present state.
+  /// Computes residuals and their sums at the current state.
   void update_residuals(bool with_distances);
-  /// Inverse of the normal matrix at the present state, in the order of layout().
+  /// Inverse of the normal matrix at the current state, in the order of layout().
   Eigen::MatrixXd covariance(bool with_distances, const Scatter& scatter);
   Layout layout(bool with_distances) const;
   void leave_out(std::size_t solved_view);
@@ -51,9 +51,9 @@ class BundleProblem {
   std::vector<std::size_t> free_lens_, free_warp_;
 };
 
-/// A lens and the poses of all views to begin with. @throws std::runtime_error
+/// Initial lens and poses of all views. @throws std::runtime_error
 LensParameters initial_lens(const Observations& observations);
-/// By homography and refinement. @returns false when there is none
+/// Initial pose by homography and refinement. @returns false if there is none
 bool initial_pose(const Observations& observations, const View& view, const LensParameters& lens, Pose& pose);
 
 }  // namespace tofgraph::calibration

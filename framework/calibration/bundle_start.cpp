@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the bundle begins: Zhang's closed form and the poses by OpenCV.
+// Starting point of the bundle adjustment: Zhang's closed form and the poses by OpenCV.
 #include "calibration/bundle_problem.hpp"
 
 #include <opencv2/calib3d.hpp>
@@ -46,7 +46,7 @@ double error_of(const Observations& observations, const LensParameters& lens) {
   return squares / count;
 }
 
-/// Returns whether a plane's image explains these points at all.
+/// Returns true if these points can be the image of a plane.
 bool has_homography(const Points& points) {
   try {
     std::vector<cv::Point2f> flat;
@@ -57,7 +57,7 @@ bool has_homography(const Points& points) {
   }
 }
 
-/// The camera matrix by Zhang's closed form. @throws std::runtime_error naming the view that spoils it
+/// Camera matrix by Zhang's closed form. @throws std::runtime_error naming the view that prevents it
 cv::Mat zhangs(const Observations& observations, const std::vector<std::vector<cv::Point3f>>& board,
                const std::vector<std::vector<cv::Point2f>>& image) {
   try {
@@ -75,7 +75,7 @@ cv::Mat zhangs(const Observations& observations, const std::vector<std::vector<c
 
 bool initial_pose(const Observations& observations, const View& view, const LensParameters& p, Pose& pose) {
   Points points = points_of(observations, view);
-  for (std::size_t i = 0; i < points.image.size(); ++i) {  // as a pinhole of focal length 1 would image them
+  for (std::size_t i = 0; i < points.image.size(); ++i) {  // image by a pinhole of focal length 1
     double xy[2];
     if (!unproject(p, view.corners[i].u, view.corners[i].v, xy)) return false;
     points.image[i] = cv::Point2f(static_cast<float>(xy[0]), static_cast<float>(xy[1]));
@@ -111,7 +111,7 @@ LensParameters initial_lens(const Observations& observations) {
     lens[lens::fisheye] = observations.fisheye ? 1 : 0;
     return lens;
   };
-  if (observations.fisheye) {  // 80 to 10 deg from the axis to the middle of the left edge
+  if (observations.fisheye) {  // 80 to 10 deg from the axis to the left edge
     for (const double factor : {0.36, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8}) candidates.push_back(pinhole(factor * width));
   } else {
     const double focal = zhangs(observations, board, image).at<double>(0, 0);

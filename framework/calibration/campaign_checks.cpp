@@ -15,11 +15,11 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr std::size_t blocks = 8;                      ///< in a row and in a column
-constexpr std::size_t min_plausible = 5;               ///< conditions; of fewer none can contradict the others
-constexpr double usual_board = 0.5, usual_gain = 7e6;  ///< used if reflectivity or gain are unknown
+constexpr std::size_t blocks = 8;                      ///< per row and per column
+constexpr std::size_t min_plausible = 5;               ///< conditions; fewer cannot contradict each other
+constexpr double usual_board = 0.5, usual_gain = 7e6;  ///< used if reflectivity or gain is unknown
 
-/// The block of the image that a pixel is in.
+/// Image block that contains a pixel.
 std::size_t block_of(const tofgraph_camera& camera, std::size_t pixel) {
   const std::size_t u = pixel % camera.width, v = pixel / camera.width;
   return v * blocks / camera.height * blocks + u * blocks / camera.width;
@@ -90,7 +90,7 @@ void CampaignChecks::check_entries(const std::vector<ConditionEvidence>& evidenc
   }
   if (data.size() < min_plausible) return;
   data.ideal_of = [this](const io::Condition& condition) { return ideal(condition); };
-  // A tap is at most a / (2 contrast) + a / 2.
+  // The largest mean of a tap is a / (2 contrast) + a / 2.
   if (!shows_saturation && camera_.full_well > 0 && camera_.contrast > 0)
     data.max_amplitude = camera_.full_well / (1 / (2 * camera_.contrast) + 0.5);
   for (const Contradiction& one : contradictions(data)) {
@@ -118,7 +118,7 @@ void CampaignChecks::check_cameras(const std::vector<ConditionEvidence>& evidenc
   }
 }
 
-/// Boards with and without a correction cannot be of one calibration.
+/// Reports campaigns that mix boards with and without a correction.
 void CampaignChecks::check_applied(const std::vector<ConditionEvidence>& evidence,
                                    config::Diagnostics& diagnostics) const {
   for (const char* stage : {"model_correction", "offset_correction"}) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Checks across the conditions of a campaign of boards: mistakes in what was written, captures of several
-/// cameras, boards that were corrected already.
+/// @file Checks across the conditions of a board campaign: wrong entries, captures of several cameras, boards that are
+/// already corrected.
 #pragma once
 
 #include "calibration/board_measurement.hpp"
@@ -13,26 +13,26 @@
 
 namespace tofgraph::calibration {
 
-/// A condition as its capture shows it.
+/// Properties of a condition according to its capture.
 struct ConditionEvidence {
-  io::Condition condition;        ///< completed by the capture
-  BoardPhasors::Phasors phasors;  ///< at the places of CampaignChecks; empty: no board was seen
+  io::Condition condition;        ///< completed from the capture
+  BoardPhasors::Phasors phasors;  ///< at the positions of CampaignChecks; empty: no board was seen
   bool has_amplitude = false, shows_saturation = false;
-  double recorded_time = unknown;  ///< s, integration time by the capture
-  std::string camera;              ///< by the capture; empty: it does not say
+  double recorded_time = unknown;  ///< s, integration time stated by the capture
+  std::string camera;              ///< stated by the capture; empty: not stated
   std::string applied;             ///< to the distance: words
   bool read = false;
 };
 
 class CampaignChecks {
  public:
-  /// @param campaign, models stay as long as the object
+  /// @param campaign, models must outlive this object
   CampaignChecks(const io::Campaign& campaign, const BoardModels& models);
 
   /// Medians over blocks of the image, as phasors. @param images those of the condition
   BoardPhasors::Phasors measured(const io::Condition& condition, const MeanImages& images) const;
-  /// @param evidence one a condition of the campaign
-  /// @param notes what is doubtful is appended @param diagnostics what is wrong, each at its place
+  /// @param evidence one per condition of the campaign
+  /// @param notes receives doubts @param diagnostics receives errors, each at its position
   void check(const std::vector<ConditionEvidence>& evidence, std::vector<std::string>& notes,
              config::Diagnostics& diagnostics) const;
 
@@ -47,7 +47,7 @@ class CampaignChecks {
   const BoardModels& models_;
 };
 
-/// The conditions whose distance was corrected by a stage already, as `applied` of their captures says.
+/// Conditions whose distance is already corrected by a stage, according to `applied` of their captures.
 std::vector<const io::Condition*> corrected_by(const io::Campaign& campaign,
                                                const std::vector<ConditionEvidence>& evidence,
                                                const std::string& stage);

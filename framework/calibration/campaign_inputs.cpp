@@ -22,7 +22,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// A table, or the captures, each once.
+/// The table, or the captures, each once.
 std::vector<std::filesystem::path> data_files(const io::Campaign& campaign) {
   std::vector<std::filesystem::path> files;
   for (const io::Condition& c : campaign.conditions) {
@@ -32,7 +32,7 @@ std::vector<std::filesystem::path> data_files(const io::Campaign& campaign) {
   return files;
 }
 
-/// Stages that the distances of the first capture went through, as a list; empty: none, or they are not known.
+/// Stages applied to the distances of the first capture, as a list; empty: none or unknown.
 std::string applied_to(const io::Campaign& campaign) {
   if (campaign.from_table || campaign.conditions.empty()) return {};
   try {
@@ -43,7 +43,7 @@ std::string applied_to(const io::Campaign& campaign) {
     for (std::size_t at = 0; (at = words.find(' ', at)) != std::string::npos; at += 2) words.replace(at, 1, ", ");
     return fmt::format("[{}]", words);
   } catch (const std::runtime_error&) {
-    return {};  // reported where the captures are read
+    return {};  // reported when the captures are read
   }
 }
 
@@ -95,7 +95,7 @@ std::string model_head(const Request& request, const io::Campaign& campaign, con
   namespace fs = std::filesystem;
   std::string camera = campaign.camera->folder ? campaign.camera->view().name : campaign.camera_name;
   if (!campaign.camera->folder && camera.find_first_of("/.") != std::string::npos &&
-      !campaign.camera->file.empty()) {  // a path from the campaign
+      !campaign.camera->file.empty()) {  // relative to the campaign
     const fs::path folder = fs::absolute(request.output).parent_path();
     camera = fs::absolute(campaign.camera->file).lexically_normal().lexically_proximate(folder).string();
   }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Beginning and end that every calibration from boards has in common.
+/// @file First and last steps common to all calibrations from boards.
 #pragma once
 
 #include "calibration/board_measurements.hpp"
@@ -10,44 +10,44 @@
 
 namespace tofgraph::calibration {
 
-/// A campaign with its boards.
+/// Campaign with its boards.
 struct Campaign {
   io::Campaign conditions;
   Boards boards;
 };
 
-/// Reads the campaign's file alone. @throws config::ConfigurationError with every mistake
+/// Reads the campaign's file alone. @throws config::ConfigurationError with all errors
 io::Campaign read_conditions(const Request& request);
-/// Reads the campaign and its captures. @throws config::ConfigurationError with every mistake
+/// Reads the campaign and its captures. @throws config::ConfigurationError with all errors
 Campaign read(const Request& request);
 
-/// A calibration file of this kind with the campaign's files and their hashes.
+/// Writer of a calibration file of this kind with the campaign's files and their hashes.
 io::CalibrationWriter writer_for(const Request& request, const io::Campaign& campaign, const std::string& serial,
                                  const std::string& kind);
 io::CalibrationWriter writer_for(const Request& request, const Campaign& campaign, const std::string& kind);
 
-/// The first lines of a model of the campaign's camera for a file beside the calibration; the effects follow.
+/// First lines of a model of the campaign's camera for a file beside the calibration; the effects follow.
 std::string model_head(const Request& request, const io::Campaign& campaign, const std::string& serial);
 
-/// Boards that a stage corrected already do not show what that stage is to correct.
-/// @throws config::ConfigurationError where the captures have it applied
+/// Rejects boards that are already corrected by a stage, because they no longer show the error to be calibrated.
+/// @throws config::ConfigurationError if the captures have the correction applied
 void refuse_corrected(const Request& request, const Boards& boards, const std::string& stage);
 
-/// A capture whose frames are in two conditions would count twice. @throws config::ConfigurationError with both places
+/// Rejects captures whose frames belong to two conditions. @throws config::ConfigurationError with both positions
 void refuse_duplicates(const io::Campaign& campaign);
 
 /// `84 conditions: 6 targets, 14 distances from 500 mm to 7 m, 18 integration times from 0.5 ms to 50 ms`
 std::string described(const Boards& boards);
-/// Counts of conditions, frames and pixels that a calibration was made from, and what was left out of them and why: for
-/// a refusal, each line after a line break and two blanks.
+/// Numbers of conditions, frames and pixels used for a calibration, and of those excluded with their reasons: for a
+/// rejection message, each line preceded by a line break and two blanks.
 std::string used_of(const Boards& boards);
-/// Lines as one sentence for the top of a report.
+/// Joins lines to one sentence for the top of a report.
 std::string sentence_of(const std::vector<std::string>& lines);
 /// Name of a target; without a label: `the board`.
 std::string name_of(const Boards& boards, std::size_t target);
-/// Columns of a table of values, one a board.
+/// Table column with one value per board.
 io::Calibrated column_of(const Boards& boards, const std::function<double(const Board&)>& value);
-/// Returns whether a value is known of every board.
+/// Returns true if the value of every board is known.
 bool known(const io::Calibrated& column);
 
 }  // namespace tofgraph::calibration

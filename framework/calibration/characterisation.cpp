@@ -32,7 +32,7 @@ double depth_by(DepthModel model, const BoardModel& board, physics::Vector3 ray,
   return line.offset + line.slope * distance;
 }
 
-/// Sums over the conditions of what one pixel is off beside its board, in two halves.
+/// Sums over the conditions of a pixel's error relative to the mean error of its board, in two halves.
 struct Pattern {
   std::vector<double> sum[2], count[2];
   explicit Pattern(std::size_t pixels) {
@@ -57,7 +57,7 @@ class SeriesReader {
     std::array<std::vector<double>, 3> depths;
     std::vector<double> errors;
     std::vector<double> centre;
-    double slope = 0;  // dz/dD: what the noise of the distance becomes in the depth
+    double slope = 0;  // dz/dD: sensitivity of the depth to distance noise
     for (std::size_t k = 0; k < images.pixels.size(); ++k) {
       const std::size_t i = images.pixels[k];
       const physics::Vector3 ray = model.ray(i);
@@ -85,7 +85,7 @@ class SeriesReader {
     data_.conditions.push_back(std::move(result));
   }
 
-  /// The pattern of the pixels, and its mean square without the noise: the two halves share only the pattern.
+  /// Fixed pattern of the pixels, and its mean square without noise: only the pattern is common to the two halves.
   double finish() {
     data_.pattern.assign(pattern_.sum[0].size(), unknown);
     double product = 0, count = 0;
@@ -101,8 +101,8 @@ class SeriesReader {
   }
 
  private:
-  /// Every second one of those that differ in their distance and roll alone: what is left out of a campaign, as
-  /// saturated ones are, then leaves both halves alike.
+  /// Assigns conditions that differ only in distance and roll alternately, so that exclusions, e.g. of saturated
+  /// conditions, affect both halves alike.
   static std::vector<std::size_t> halves_of(const std::vector<io::Condition>& conditions) {
     std::vector<std::size_t> order(conditions.size()), halves(conditions.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -148,7 +148,7 @@ class SeriesReader {
   Pattern pattern_;
 };
 
-/// Modelled beside measured images of a board, section 5.7.1 of the reference.
+/// Modelled and measured images of a board, section 5.7.1 of the reference.
 BoardImages images_of(const Board& board, const MeanImages& images, const BoardModel& model,
                       const tofgraph_camera& camera) {
   BoardImages result;
@@ -176,7 +176,7 @@ BoardImages images_of(const Board& board, const MeanImages& images, const BoardM
   return result;
 }
 
-/// Amplitudes that the camera model gives with one reflectivity a target.
+/// Sets the amplitudes of the camera model with one reflectivity per target.
 void set_modelled_amplitudes(Characterisation& data) {
   std::map<std::string, std::vector<double>> logs;
   for (const Characterised& c : data.conditions) {
@@ -189,7 +189,7 @@ void set_modelled_amplitudes(Characterisation& data) {
   }
 }
 
-/// The nearest, the farthest and some between, of the target that was measured most.
+/// Selects up to max_shown distances from the nearest to the farthest, each with its most precisely measured board.
 void choose_shown(Characterisation& data) {
   std::map<double, std::size_t> by_distance;
   for (std::size_t k = 0; k < data.conditions.size(); ++k) {
@@ -232,7 +232,7 @@ Characterisation characterise(const CharacterisationRequest& request, const grap
                                                    data.campaign.boards.notes.empty()
                                                        ? "it needs boards at known distances"
                                                        : sentence_of(data.campaign.boards.notes)));
-    // The falloff over the image is known only now that all boards are.
+    // The falloff over the image is known only after all boards were read.
     for (std::size_t k = 0; k < data.conditions.size(); ++k)
       data.conditions[k].board.reflectivity = data.campaign.boards.boards[k].reflectivity;
     choose_shown(data);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Characterisation of a camera by boards at known places: chapters 3 and 5 of the reference for any camera.
+/// @file Characterisation of a camera by boards at known positions: chapters 3 and 5 of the reference for any camera.
 #pragma once
 
 #include "calibration/campaign_inputs.hpp"
@@ -17,36 +17,36 @@
 
 namespace tofgraph::calibration {
 
-/// The three distance non-linearity models, section 5.5 of the reference; the simple one is told the true depth.
+/// The three distance non-linearity models, section 5.5 of the reference; the simple one requires the true depth.
 enum class DepthModel { perpendicular, simple_bistatic, optimized_bistatic };
 inline constexpr std::array depth_model_names = {"perpendicular_illumination", "simple_bistatic", "optimized_bistatic"};
 
-/// The accuracy protocol of the industry: what a condition must be to count, and what is looked at.
+/// Industry accuracy protocol: requirements on a condition, and the evaluated region.
 struct AccuracyProtocol {
   double warm_up = 1200;                              ///< s since power-on
-  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< target's: 90 %
-  std::size_t side = 40;                              ///< px, of the square in the middle of the image
+  std::array<double, 2> reflectivity = {0.85, 0.95};  ///< of the target: 90 %
+  std::size_t side = 40;                              ///< px, of the square at the image centre
   std::size_t frames = 25;
 };
 
 /// Result of one condition. Lengths in m.
 struct Characterised {
-  std::size_t condition = 0;  ///< in the campaign
+  std::size_t condition = 0;  ///< index in the campaign
   Board board;
-  std::array<Moments, 3> depth;         ///< by model, over the window's pixels, frames averaged
-  double noise = unknown;               ///< a pixel's depth noise in one frame
+  std::array<Moments, 3> depth;         ///< by model, over the window's pixels, averaged over frames
+  double noise = unknown;               ///< depth noise of a pixel in one frame
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
-  double centre_error = unknown;        ///< mean depth minus true depth, of the protocol's square
-  std::vector<std::string> protocol;    ///< deviations from the protocol; none: it follows it
+  double centre_error = unknown;        ///< mean depth minus true depth, in the protocol's square
+  std::vector<std::string> protocol;    ///< deviations from the protocol; empty: none
 };
 
-/// A part of the error of a pixel in one frame, root mean square over pixels and conditions.
+/// Contribution to the error of a pixel in one frame, root mean square over pixels and conditions.
 struct BudgetLine {
   std::string name, text;
   double depth = 0;  ///< m
 };
 
-/// Images of one board, frames averaged; row by row over the whole sensor, NaN where no board was seen.
+/// Images of one board, averaged over frames; row-major over the whole sensor, NaN where no board was seen.
 struct BoardImages {
   std::vector<double> measured_distance, modelled_distance;    ///< m, half path; modelled: (6.1)
   std::vector<double> measured_amplitude, modelled_amplitude;  ///< relative to their mean; modelled: (5.9) to (5.13),
@@ -55,11 +55,11 @@ struct BoardImages {
 
 struct Characterisation {
   Campaign campaign;
-  std::vector<Characterised> conditions;  ///< in the campaign's order
+  std::vector<Characterised> conditions;  ///< in campaign order
   std::vector<double> pattern;  ///< m, mean over the conditions of a pixel's error minus the board's; NaN: none
   std::vector<std::vector<float>> residuals;  ///< residuals of `shown`, m: depth minus true depth
-  std::vector<std::size_t> shown;             ///< in conditions
-  BoardImages nearest;                        ///< images of the nearest board of `shown`
+  std::vector<std::size_t> shown;             ///< indices into conditions
+  BoardImages nearest;                        ///< of the nearest board in `shown`
   std::vector<BudgetLine> budget;             ///< from the data
   std::vector<BudgetLine> effects;            ///< per effect of the model, if one is given
   double total = 0;                           ///< m, root mean square of all errors
@@ -67,17 +67,17 @@ struct Characterisation {
 };
 
 struct CharacterisationRequest {
-  Request campaign;             ///< its file and the progress
+  Request campaign;             ///< its file and the progress callback
   std::filesystem::path model;  ///< empty: none
 };
 
-/// @throws config::ConfigurationError with every mistake
+/// @throws config::ConfigurationError with all errors
 Characterisation characterise(const CharacterisationRequest& request, const graph::PluginRegistry& registry);
 
-/// The parts of the error. @param pattern_square m^2, mean square of the pattern of the pixels without noise
+/// Sets the contributions to the error. @param pattern_square m^2, mean square of the fixed pattern without noise
 void set_budget(Characterisation& data, double pattern_square);
 
-/// Each effect of a model: root mean square of what changes in the depth of the campaign's boards without it.
+/// Contribution of each effect of a model: root mean square change of the depth of the campaign's boards without it.
 /// @throws config::ConfigurationError
 std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::filesystem::path& model,
                                       const graph::PluginRegistry& registry);

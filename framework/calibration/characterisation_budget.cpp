@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the error comes from: by what the data say, and by the effects of a model.
+// Error budget: contributions estimated from the data, and by the effects of a model.
 #include "calibration/characterisation.hpp"
 
 #include "config/diagnostics.hpp"
@@ -22,7 +22,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// Mean errors of the boards as a sum of what each level of each setting adds, by alternation; then what is left.
+/// Mean errors of the boards as a sum of contributions of each level of each setting, by alternation, and a residual.
 class MeanErrors {
  public:
   explicit MeanErrors(const std::vector<Characterised>& conditions) {
@@ -30,7 +30,7 @@ class MeanErrors {
     mean_ = moments_of(left_).mean;
     for (double& e : left_) e -= mean_;
   }
-  /// @param level of each condition @returns root mean square of what the setting explains
+  /// @param level of each condition
   void add(const std::vector<double>& level) { levels_.push_back(level); }
   void solve() {
     parts_.assign(levels_.size(), std::vector<double>(left_.size(), 0));
@@ -107,7 +107,7 @@ void set_budget(Characterisation& data, double pattern_square) {
 
 namespace {
 
-/// Depths of the pixels as the optimized model gives them of what the simulation measures.
+/// Depths of the pixels by the optimized model from a simulated measurement.
 class Simulated {
  public:
   Simulated(const tofgraph_camera& camera, bool physical, std::vector<simulation::EffectPtr> effects)
@@ -141,7 +141,7 @@ class Simulated {
   simulation::Pixels pixels_;
 };
 
-/// Mean square of the difference, about the nearest turn.
+/// Mean square of the difference modulo the range.
 double mean_square(const std::vector<double>& a, const std::vector<double>& b, double range) {
   double square = 0, count = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {

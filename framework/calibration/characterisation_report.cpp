@@ -26,11 +26,11 @@ std::string sources_of(const io::Condition& c) {
 double distance_of(const Characterised& c) { return c.board.distance; }
 double time_of(const Characterised& c) { return c.board.condition.integration_time * 1e3; }
 
-/// Drawing over a setting, at the level of the other setting with the most conditions.
+/// Plot over a setting, at the level of the other setting with the most conditions.
 struct Drawing {
   std::string title, x_label, y_label;
   Value x, other;
-  std::vector<std::pair<std::string, Value>> values;  ///< a name, empty for a single one; measured ones as points
+  std::vector<std::pair<std::string, Value>> values;  ///< a name, empty for a single one; measured: points
   bool logarithmic = false;
 };
 

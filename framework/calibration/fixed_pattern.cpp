@@ -24,10 +24,10 @@ std::size_t unknown_pixels(const PatternFit& fit) {
   return static_cast<std::size_t>(std::ranges::count_if(fit.map_sd, [](double sd) { return std::isnan(sd); }));
 }
 
-/// Largest minus smallest height of the board where it was seen.
+/// Range of the board's height over its visible part.
 double warp_of(const PatternData& data, const PatternFit& fit) {
   double low = 0, high = 0;
-  constexpr std::size_t step = 7;  // pixels: the shape is smooth
+  constexpr std::size_t step = 7;  // pixels: the shape is smooth, so a subset is sufficient
   for (const PatternView& view : data.views) {
     for (std::size_t i = 0; i < view.place.size(); i += step) {
       if (!std::isfinite(view.residual[i])) continue;
@@ -39,11 +39,11 @@ double warp_of(const PatternData& data, const PatternFit& fit) {
   return high - low;
 }
 
-/// A pattern that does not help at distances that were left out is not undone.
+/// True if the pattern improves held-out distances; otherwise it is not corrected.
 bool helps(const PatternFit& fit) { return !(fit.after.value >= fit.before.value); }
 
 bool is_flat(const PatternFit& fit) {
-  constexpr double significant = 4;  // of twelve coefficients
+  constexpr double significant = 4;  // limit for the largest of twelve coefficients
   for (std::size_t k = 0; k < fit.shape.size(); ++k) {
     if (std::abs(fit.shape[k]) > significant * fit.shape_sd[k]) return false;
   }
@@ -137,7 +137,7 @@ std::vector<std::string> notes_of(const PatternData& data, const PatternFit& fit
 }  // namespace
 
 std::string divergence_of(const PatternData& data, const PatternFit& fit) {
-  constexpr double max_spreads = 5, max_restart = 0.1;  // of the input's spread; of the map's rms
+  constexpr double max_spreads = 5, max_restart = 0.1;  // relative to the spread of the input; to the rms of the map
   const double rms = rms_of(fit.map, fit.map_sd), known_to = rms_of(fit.map_sd, fit.map_sd);
   if (!(rms <= max_spreads * fit.input_spread))
     return fmt::format(

@@ -32,7 +32,7 @@ PatternView view_of(std::size_t index, const Board& board, const MeanImages& ima
   farther.board_distance += step;
   const std::vector<double> here = model.modelled(c, images.pixels), there = model.modelled(farther, images.pixels);
   const physics::Plane plane = plane_of(c);
-  // The noise of a distance goes with 1 / amplitude; its mean over the pixels was measured.
+  // The noise of a distance is proportional to 1 / amplitude; its mean over the pixels was measured.
   double inverse = 0;
   for (const double a : images.amplitude) inverse += 1 / (a * a) / static_cast<double>(images.pixels.size());
   const double frames = static_cast<double>(images.frames);

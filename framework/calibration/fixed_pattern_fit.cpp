@@ -15,10 +15,10 @@ namespace {
 using pattern::Problem;
 using pattern::ViewUse;
 
-constexpr double loose_slope = 50e-3;      ///< m/m, before anything was seen
-constexpr double evidence_deviations = 5;  ///< for a slope: chance alone reaches it once in 2e6
+constexpr double loose_slope = 50e-3;      ///< m/m, prior
+constexpr double evidence_deviations = 5;  ///< for a slope: reached by chance once in 2e6
 
-/// The mean of the map belongs to the offsets of whole views.
+/// Moves the mean of the map to the offsets of the views.
 void take_mean_out(PatternFit& fit) {
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < fit.map.size(); ++i) {
@@ -31,8 +31,8 @@ void take_mean_out(PatternFit& fit) {
   for (ViewPose& pose : fit.poses) pose.offset += mean;
 }
 
-/// Difference of the slopes of neighbouring pixels beyond their noise: slopes that are smooth over the image may be due
-/// to wiggling or the board. @returns standard deviation, m/m; 0 where noise alone may have made it
+/// Standard deviation of the slopes of neighbouring pixels beyond their noise: slopes that are smooth over the image
+/// may be due to wiggling or the board. @returns m/m; 0 if it can be explained by noise
 double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   double squares = 0, noise = 0, ratio = 0, count = 0;
   for (std::size_t i = 0; i + 1 < fit.slope.size(); ++i) {
@@ -47,7 +47,7 @@ double roughness_of_slopes(const PatternData& data, PatternFit& fit) {
   if (count == 0) return 0;
   const double misfit = data.noise_known ? std::max(fit.misfit, 1.0) : fit.misfit;
   fit.slope_evidence = ratio / count / (misfit * misfit);
-  // Neighbouring differences share a pixel: their squares scatter by half as much again as independent ones.
+  // Neighbouring differences share a pixel: the variance of their squares is 1.5 times that of independent ones.
   if (fit.slope_evidence < 1 + evidence_deviations * std::sqrt(3 / count)) return 0;
   return std::sqrt(std::max(squares - noise * misfit * misfit, 0.0) / count);
 }
@@ -63,7 +63,7 @@ Problem fitted(const PatternData& data, const ViewUse& use, double slope_sd, Pat
   return problem;
 }
 
-/// Root mean square difference of two maps of the same pixels, without their means.
+/// Root mean square difference of two maps of the same pixels, after removing their means.
 double difference_of(const PatternFit& a, const PatternFit& b) {
   std::vector<double> differences;
   for (std::size_t i = 0; i < a.map.size(); ++i) {
@@ -160,7 +160,7 @@ PatternFit fit_pattern(const PatternData& data, const std::function<void(double 
   fit.input_spread = spread_of_input(data);
   take_mean_out(fit);
   if (progress) progress(0.3);
-  // Where the noise is not known, or something else is left beside it, the scatter says how uncertain all is.
+  // If the noise is unknown or other errors remain, uncertainties are scaled by the scatter of the residuals.
   const double scale = data.noise_known ? std::max(fit.misfit, 1.0) : fit.misfit;
   for (std::vector<double>* sds : {&fit.map_sd, &fit.slope_sd, &fit.shape_sd}) {
     for (double& sd : *sds) sd *= scale;

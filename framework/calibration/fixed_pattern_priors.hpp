@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Priors of the fit of a fixed pattern: how far boards may be out of place, and how large an error that follows
-/// the measured distance may be. All are standard deviations of normal distributions about zero. Those of the poses are
-/// estimated from the data within bounds, so that no pose can run away along a direction that the data do not
+/// @file Priors of the fixed-pattern fit: displacements of boards, and the magnitude of an error that depends on the
+/// measured distance. All are standard deviations of normal distributions about zero. Those of the poses are
+/// estimated from the data within bounds, so that no pose diverges along a direction that the data do not
 /// determine.
 #pragma once
 
@@ -15,45 +15,45 @@
 
 namespace tofgraph::calibration::pattern {
 
-/// Bounds of the poses' standard deviations: a board that is set up by hand on a rail stands within centimetres, and a
-/// bending of 0.05 1/m is the curvature of a wiggling of 9 mm at 20 MHz.
+/// Bounds of the poses' standard deviations: a board that is set up by hand on a rail is within centimetres, and a
+/// curvature of 0.05 1/m corresponds to a wiggling of 9 mm at 20 MHz.
 inline constexpr ViewPose min_jitter{0, 1e-6, 1e-6, 1e-6, 1e-6};
 inline constexpr ViewPose max_jitter{0, 20e-3, 20e-3, 20e-3, 50e-3};
-/// The two starts of the estimate; both have to end at the same map.
+/// The two starts of the estimate; both must converge to the same map.
 inline constexpr ViewPose first_jitter{0, 10e-3, 5e-3, 5e-3, 20e-3};
 inline constexpr ViewPose second_jitter{0, 0.5e-3, 0.2e-3, 0.2e-3, 1e-3};
-/// A board this many bounds away is not where the campaign says.
+/// Number of bounds beyond which a board is reported as not at its stated position.
 inline constexpr double max_deviations = 4;
 
 inline constexpr double loose_shape = 5e-3;  ///< m, of a board
-inline constexpr double loose_offset = 1;    ///< m, of all pixels of a view against those of the first view
-/// m. Gauge: the first view's offset is 0 and the displacements have the mean 0, because an offset of all pixels, and a
-/// displacement of all boards, cannot be told from the map. The map's mean is taken out and given to the offsets.
+inline constexpr double loose_offset = 1;    ///< m, of all pixels of a view relative to those of the first view
+/// m. Gauge: the first view's offset is 0 and the displacements have the mean 0, because a common change of all pixels
+/// or of all boards' positions cannot be distinguished from the map. The map's mean is moved to the offsets.
 inline constexpr double gauge = 1e-7;
 
-/// An error that follows the distance, common to all views: harmonics of the phase, with amplitudes in rad of phase.
+/// Distance-dependent error, common to all views: harmonics of the phase, with amplitudes in rad of phase.
 /// The fourth and the eighth are wiggling, the first and second crosstalk and unequal phase steps.
 struct Harmonic {
   double order, amplitude;
 };
 inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
-/// Bounds of the factor of these amplitudes, which is estimated like the jitter: where the distances show no such
-/// error, the map is not less certain because of it.
+/// Bounds of the factor of these amplitudes, which is estimated like the jitter: if the distances show no such error,
+/// it does not increase the uncertainty of the map.
 inline constexpr double min_wave_scale = 1e-3, max_wave_scale = 2;
 
-/// Returns the amplitude in m of a wave, of which each harmonic has two.
+/// Returns the amplitude in m of a wave; each harmonic has two waves.
 inline double wave_amplitude(std::ptrdiff_t wave, double metres_per_radian) {
   return harmonics[static_cast<std::size_t>(wave / 2)].amplitude * metres_per_radian;
 }
 
-/// Sums over the unknowns that share a standard deviation: of their squares, of their variances, and how many they are.
+/// Sums over the unknowns that share a standard deviation: of their squares and variances, and their number.
 struct SharedSums {
   double square = 0, variance = 0, count = 0;
 };
 
 /// Returns the next estimate of a standard deviation (MacKay, Neural Computation 4, 1992), within its bounds.
-/// @param gradient raised to that of the log of the marginal likelihood by the logarithm of the standard deviation,
-/// over the number of unknowns, unless it points beyond a bound
+/// @param gradient raised to the derivative of the log marginal likelihood by the logarithm of the standard deviation,
+/// divided by the number of unknowns, unless it points beyond a bound
 inline double improved_sd(double sd, const std::array<double, 2>& bounds, const SharedSums& sums, double& gradient) {
   if (!(sums.count > 0)) return sd;
   const double known = sums.count - sums.variance / (sd * sd);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The equations of a fixed pattern: residual = map + slope (D - 2 m) of each pixel, plus offset, place and tilt
-/// of each view, plus the board's shape and an error that follows the distance. The pixels' own unknowns are eliminated
-/// one pixel at a time (Schur complement), the few that are left are solved for exactly; how much boards are out of
-/// place is estimated with them by maximising the marginal likelihood (MacKay, Neural Computation 4, 1992), within
+/// @file Equations of a fixed pattern: residual = map + slope (D - 2 m) of each pixel, plus offset, position and tilt
+/// of each view, plus the board's shape and a distance-dependent error. The unknowns of the pixels are eliminated one
+/// pixel at a time (Schur complement), the few remaining unknowns are solved for exactly; the scatter of the boards'
+/// positions is estimated with them by maximising the marginal likelihood (MacKay, Neural Computation 4, 1992), within
 /// the bounds of fixed_pattern_priors.hpp.
 #pragma once
 
@@ -22,7 +22,7 @@ namespace tofgraph::calibration::pattern {
 
 class Problem {
  public:
-  /// @param slope_sd how much slopes differ from pixel to pixel, beforehand; 0: there are none
+  /// @param slope_sd prior standard deviation of the slopes over the pixels; 0: no slopes
   Problem(const PatternData& data, ViewUse use, double slope_sd)
       : data_(data),
         use_(std::move(use)),
@@ -48,8 +48,8 @@ class Problem {
     moment_ = sums.moment;
   }
 
-  /// Solves, and estimates the jitter of the poses until the gradient of the marginal likelihood vanishes.
-  /// @throws std::runtime_error when the data determine nothing
+  /// Solves the equations and estimates the jitter of the poses until the gradient of the marginal likelihood vanishes.
+  /// @throws std::runtime_error if the data determine no pattern
   void solve(PatternFit& fit, ViewPose jitter) {
     constexpr int rounds = 300;
     constexpr double settled = 4e-3;  // relative to the number of poses
@@ -75,8 +75,8 @@ class Problem {
     for (Eigen::Index k = size_ - commons; k < size_ - waves; ++k) fit.shape_sd.push_back(std::sqrt(covariance_(k, k)));
   }
 
-  /// The pixels' own unknowns, and what is left over the noise.
-  /// @param with_sd whether standard deviations are wanted, which take most of the time; else they are 0
+  /// Computes the unknowns of the pixels, and the residual relative to the noise.
+  /// @param with_sd computes standard deviations, which takes most of the time; otherwise they are 0
   void back_substitute(PatternFit& fit, bool with_sd) const {
     const std::size_t pixels = data_.rows * data_.columns;
     for (std::vector<double>* values : {&fit.map, &fit.slope}) values->assign(pixels, 0);
@@ -96,7 +96,7 @@ class Problem {
       if (slope_) fit.slope[i] = x[1];
       if (with_sd) {
         OwnRows gain = inverse * own.cross;
-        gain.row(0) -= mean;  // of the map without its mean
+        gain.row(0) -= mean;  // of the map minus its mean
         const OwnMatrix covariance = inverse + gain * covariance_ * gain.transpose();
         fit.map_sd[i] = std::sqrt(covariance(0, 0) + gauge_variance * std::pow(gain.row(0).dot(all_displaced), 2));
         fit.slope_sd[i] = slope_ ? std::sqrt(covariance(1, 1)) : unknown;
@@ -113,9 +113,9 @@ class Problem {
     fit.noise = std::sqrt(noise / std::max(count, 1.0));
   }
 
-  /// Root mean square of a view that was not fitted, without and with the pattern, and what noise leaves. Its own
-  /// offset, place and tilt, the board's shape and the error that follows the distance are no part of the pattern: they
-  /// are taken out of both.
+  /// Root mean square of a view that was not fitted, without and with the pattern, and the noise contribution. Its
+  /// offset, position and tilt, the board's shape and the distance-dependent error are not part of the pattern and are
+  /// removed from both.
   std::array<double, 3> predict(std::size_t v, const PatternFit& fit) const {
     Matrix a = Matrix::Zero(per_view, per_view);
     Vector before = Vector::Zero(per_view), after = before;
@@ -135,7 +135,7 @@ class Problem {
       after += poses.back() * predicted.back();
       noise += 1 / double{view.weight[i]};
     }
-    // Places as far out as the others' are, offsets any.
+    // Prior: positions scatter as those of the other views, offsets are free.
     const double scale = noise / static_cast<double>(std::max<std::size_t>(raw.size(), 1));
     for (Eigen::Index k = 1; k < per_view; ++k) a(k, k) += scale / std::pow(prior(k, fit.jitter), 2);
     before = a.ldlt().solve(before);
@@ -152,10 +152,10 @@ class Problem {
  private:
   struct Sums {
     explicit Sums(Eigen::Index size) : gram(Matrix::Zero(size, size)), moment(Vector::Zero(size)) {}
-    Matrix gram;  ///< its lower half
+    Matrix gram;  ///< lower half
     Vector moment;
   };
-  // Matrices of one or two unknowns, with fixed storage: no allocation for each pixel.
+  // Matrices of one or two unknowns with fixed storage, to avoid an allocation per pixel.
   using OwnMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 2, 2>;
   using OwnRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2>;
   using OwnVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2, 1>;
@@ -168,10 +168,10 @@ class Problem {
   static Eigen::Matrix<double, per_view, 1> pose_of(const PatternView& view, std::size_t i) {
     const double z = view.along_z[i], x = view.place[i][0], y = view.place[i][1];
     const double beyond = view.distance[i] - view.board_distance;
-    return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from it
+    return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from z
   }
 
-  /// The board's shape at the pixel, and the waves against their values at the board's distance.
+  /// Shape of the board at the pixel, and the waves relative to their values at the board's distance.
   Eigen::Matrix<double, commons, 1> common_of(const PatternView& view, std::size_t i) const {
     Eigen::Matrix<double, commons, 1> common;
     const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
@@ -238,7 +238,7 @@ class Problem {
     sums.moment -= own.cross.transpose() * factor.solve(own.moment);
   }
 
-  /// Derivative of the map's mean by the few common unknowns.
+  /// Derivative of the map's mean with respect to the common unknowns.
   Eigen::RowVectorXd mean_gain() const {
     Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(size_);
     double count = 0;
@@ -261,7 +261,7 @@ class Problem {
     return sd[k % per_view];
   }
 
-  /// All boards displaced by the same length.
+  /// Displacement of all boards by the same length.
   Vector displaced() const {
     Vector all = Vector::Zero(size_);
     for (std::size_t v = 0; v < use_.size(); ++v) {
@@ -285,11 +285,11 @@ class Problem {
   struct Improved {
     ViewPose jitter;
     double wave_scale = 1;
-    double gradient = 0;  ///< largest of the log of the marginal likelihood, over the number of unknowns
+    double gradient = 0;  ///< maximum of the log marginal likelihood's gradient, divided by the number of unknowns
   };
 
-  /// The jitter and the scale of the waves that the present estimates make likely, within their bounds, and the
-  /// gradient by their logarithms; a bound that it points beyond has none.
+  /// Most likely jitter and scale of the waves at the current estimates, within their bounds, and the gradient with
+  /// respect to their logarithms, which is 0 at a bound beyond which it points.
   Improved improved(const ViewPose& jitter) const {
     Improved next{jitter, wave_scale_, 0};
     const auto update = [&](double ViewPose::*member, std::initializer_list<Eigen::Index> places, double held) {
@@ -306,7 +306,7 @@ class Problem {
       next.jitter.*member = improved_sd(jitter.*member, {min_jitter.*member, max_jitter.*member},
                                         {square, variance, count}, next.gradient);
     };
-    update(&ViewPose::z, {1}, 1);  // their mean is held
+    update(&ViewPose::z, {1}, 1);  // their mean is fixed
     update(&ViewPose::tilt_x, {2, 3}, 0);
     next.jitter.tilt_y = next.jitter.tilt_x;
     update(&ViewPose::bend, {4}, 0);

@@ -19,13 +19,13 @@ namespace {
 
 enum : std::uint8_t { good, no_number, saturated };
 
-/// Mean images, and the variance of each pixel's distance in one frame, m^2; of a single frame without meaning.
+/// Mean images, and the variance of each pixel's distance in one frame, m^2; meaningless for a single frame.
 struct PixelMeans {
   MeanImages images;
   std::vector<double> variance;
 };
 
-/// Sums over frames, of each pixel of the window.
+/// Sums over frames for each pixel of the window.
 class Sums {
  public:
   Sums(const std::vector<std::size_t>& window, const tofgraph_camera& camera)
@@ -75,7 +75,7 @@ class Sums {
     }
   }
 
-  /// @param decoded true: distances were added, false: samples
+  /// @param decoded true: distances were added; false: samples
   PixelMeans means(std::size_t frames, bool decoded, bool with_amplitude, UnusablePixels left_out) const {
     PixelMeans result{.images = {.frames = frames}, .variance = {}};
     const auto n = static_cast<double>(frames);
@@ -160,7 +160,7 @@ PixelMeans means_of(const io::Recording& recording, const io::Condition& conditi
   return means;
 }
 
-/// Keeps the values whose mark is not 0.
+/// Keeps the values with a nonzero mark.
 template <class T> void keep_marked(std::vector<T>& values, const std::vector<std::uint8_t>& marks) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -173,13 +173,13 @@ void leave_out_outliers(const io::Recording& recording, const std::vector<std::s
                         const std::vector<double>& modelled, const tofgraph_camera& camera, PixelMeans& means) {
   MeanImages& images = means.images;
   std::vector<double> residual;
-  for (std::size_t i = 0, k = 0; i < images.pixels.size(); ++i, ++k) {  // the pixels are some of the window's
+  for (std::size_t i = 0, k = 0; i < images.pixels.size(); ++i, ++k) {  // the pixels are a subset of the window
     while (window[k] != images.pixels[i]) ++k;
     residual.push_back(images.distance[i] - modelled[k]);
   }
   const double samples =
       recording.kind() == io::Recording::Kind::taps || recording.kind() == io::Recording::Kind::phases
-          ? 4  // of a frame, each with the noise that is measured
+          ? 4  // independent samples per frame
           : 1;
   FlatTarget target{.pixels = images.pixels,
                     .residual = residual,
@@ -196,7 +196,7 @@ void leave_out_outliers(const io::Recording& recording, const std::vector<std::s
   keep_marked(means.variance, keep);
 }
 
-/// The noise of a distance in one frame over all pixels.
+/// Sets the noise of a distance in one frame, over all pixels.
 void set_frame_noise(PixelMeans& means) {
   if (means.images.frames < 2 || means.variance.empty()) return;
   double sum = 0;

@@ -12,7 +12,7 @@ namespace {
 using physics::OffsetSample;
 using physics::OffsetTable;
 
-/// Prediction of a sample by a table.
+/// Predicts a sample with a table.
 double predict(const OffsetTable& table, const OffsetSample& s, bool by_label) {
   return by_label ? table.of_target(s.target, s.depth, s.integration_time).depth
                   : table.across(s.depth, s.integration_time).at(s.reflectivity).depth;

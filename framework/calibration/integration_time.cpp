@@ -29,8 +29,8 @@ void check_enough(const Request& request, const Campaign& campaign, const Integr
                        format_quantity(times.places.back().distance, "m")));
 }
 
-/// Text lines, one for each target, with the single integration time of each distance, as tables of published optima
-/// have them.
+/// Lines, one per target, with the single integration time measured at each distance, for tables of published optima
+/// that contain no others.
 std::vector<std::string> given_times(const Boards& boards, const IntegrationTimes& times) {
   std::vector<std::string> lines = {"the optimum is the one integration time that each target and distance has here"};
   std::map<std::size_t, std::vector<std::string>> by_target;
@@ -45,7 +45,7 @@ std::vector<std::string> given_times(const Boards& boards, const IntegrationTime
   return lines;
 }
 
-/// Recommendation, line by line.
+/// Recommendation as lines of text.
 std::vector<std::string> advice_of(const Boards& boards, const IntegrationTimes& times, const Request& request) {
   if (!times.compares) return given_times(boards, times);
   std::vector<std::string> lines;

@@ -29,10 +29,10 @@ void choose_best(Place& place) {
   }
 }
 
-/// Sets the profile's limits for this reflectivity: a tap's largest mean is a / (2 contrast) + a / 2.
+/// Sets the limits of the profile at this reflectivity: the largest mean of a tap is a / (2 contrast) + a / 2.
 void set_limits(Place& place, const tofgraph_camera& camera, double reflectivity, double accuracy) {
   const double path = 2 * place.times.front()->modelled.mean;
-  const double rate = camera.gain * reflectivity / (path * path);  // counts/s of amplitude
+  const double rate = camera.gain * reflectivity / (path * path);  // amplitude per time, counts/s
   const double brightest = rate * (1 / (2 * camera.contrast) + 0.5);
   if (camera.full_well > 0) place.saturates = camera.full_well / brightest;
   const physics::TapNoise noise{camera.read_noise, camera.shot_noise};
@@ -51,7 +51,7 @@ std::vector<Place> places_of(const Campaign& campaign, double accuracy) {
   const Boards& boards = campaign.boards;
   std::map<std::pair<std::size_t, double>, Place> places;
   std::map<std::size_t, std::vector<double>> levels;
-  for (const Board& b : boards.boards) {  // by target, distance, time
+  for (const Board& b : boards.boards) {  // ordered by target, distance, time
     const std::size_t target = boards.target_of(b);
     Place& place = places[{target, b.distance}];
     place.target = target;
@@ -68,7 +68,7 @@ std::vector<Place> places_of(const Campaign& campaign, double accuracy) {
   return result;
 }
 
-/// The board of a place at this time, if it is usable.
+/// Board of a place at this time, if it is usable.
 const Board* at_time(const Place& place, double time) {
   for (const Board* board : place.times) {
     if (time_of(board) == time && usable(*board, place)) return board;
@@ -76,7 +76,7 @@ const Board* at_time(const Place& place, double time) {
   return nullptr;
 }
 
-/// The time whose worst error over all places is least, among those that serve the most places.
+/// Time with the smallest maximum error over all places, among those that serve the most places.
 Suggestion best_for_all(const std::vector<const Place*>& places, const std::set<double>& times, double accuracy) {
   Suggestion best;
   for (const double time : times) {
@@ -113,8 +113,8 @@ void recommend(IntegrationTimes& result, double accuracy) {
   result.out_of_reach = left;
 }
 
-/// Each distance's best time interpolated from those of the target's other distances, on logarithmic axes; the nearest
-/// usable time that was measured there against the best one; and the same of the middle one of the others' best times.
+/// For each inner distance, interpolates the best time from those of the target's other distances (log-log) and
+/// compares the nearest usable measured time with the best one; likewise for the median of the others' best times.
 void hold_out_distances(IntegrationTimes& result) {
   std::map<std::size_t, std::vector<const Place*>> by_target;
   for (const Place& place : result.places) {

@@ -20,7 +20,7 @@ using config::format_quantity;
 
 std::string ms(double seconds) { return std::isfinite(seconds) ? fmt::format("{:.3g}", seconds * 1e3) : "-"; }
 
-/// Best times of each target over the distance.
+/// Plot of the best times of each target over the distance.
 std::string best_times(const Boards& boards, const IntegrationTimes& times) {
   report::Curves plot{.title = "best integration time", .x_label = "distance, m", .y_label = "integration time, ms"};
   for (std::size_t target = 0; target < boards.targets.size(); ++target) {
@@ -49,7 +49,7 @@ std::string smallest_errors(const Boards& boards, const IntegrationTimes& times)
   return report::curves(plot, 560, 340);
 }
 
-/// RMSE over distance and time, one map a target; what was not measured or is saturated is grey.
+/// RMSE over distance and time, one map per target; unmeasured or saturated fields are grey.
 std::vector<std::string> maps(const Boards& boards, const IntegrationTimes& times) {
   std::set<double> distances, all_times;
   for (const Board& b : boards.boards) {

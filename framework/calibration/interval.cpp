@@ -18,12 +18,12 @@ double root_mean_square(const std::vector<double>& values) {
 
 namespace {
 
-/// Student's interval of the levels' mean squares.
+/// Interval by Student's t distribution of the levels' mean squares.
 Interval of_few(const std::vector<std::vector<double>>& levels) {
   const auto n = static_cast<double>(levels.size());
   double mean = 0, variance = 0, total = 0;
   for (const std::vector<double>& level : levels) total += static_cast<double>(level.size());
-  std::vector<double> squares;  // each weighted as in the mean of all values
+  std::vector<double> squares;  // weighted as in the mean of all values
   for (const std::vector<double>& level : levels) {
     const double rms = root_mean_square(level);
     squares.push_back(rms * rms * static_cast<double>(level.size()) * n / total);
@@ -45,7 +45,7 @@ Interval interval_of(const std::map<double, std::vector<double>>& by_level) {
   }
   if (all.empty()) return {};
   if (levels.size() < 2) return {root_mean_square(all), unknown, unknown};
-  constexpr std::size_t few = 6;  // resampling so few would give little more than their range
+  constexpr std::size_t few = 6;  // resampling fewer levels would give little more than their range
   if (levels.size() < few) return of_few(levels);
   constexpr std::size_t draws = 2000;
   std::mt19937_64 random(1);

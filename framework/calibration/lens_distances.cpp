@@ -40,7 +40,7 @@ DistanceCheck check_distances(const LensSolution& corners, const LensSolution& j
                                (corners.covariance.topLeftCorner(n, n) - joint.covariance.topLeftCorner(n, n)) *
                                unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gain);
-  // Below, both covariances are the same but for rounding and linearisation; in units of the corners' variances.
+  // Below it, both covariances are equal except for rounding and linearisation; relative to the corners' variances.
   constexpr double least = 0.05;
   for (Eigen::Index i = 0; i < n; ++i) {
     const double variance = eigen.eigenvalues()[i];
@@ -56,7 +56,7 @@ DistanceCheck check_distances(const LensSolution& corners, const LensSolution& j
 
 namespace {
 
-/// Half path to the flat board along a pixel's ray, by a lens from corners; NaN outside the lens.
+/// Half path to the flat board along a pixel's ray, by a lens fitted to corners only; NaN outside the lens model.
 double half_path_by_corners(const LensSolution& corners, const SolvedView& view, const LightPaths& light, double u,
                             double v) {
   double xy[2];
@@ -90,8 +90,8 @@ std::array<double, 2> straight_line(const std::vector<double>& x, const std::vec
 
 std::string square_problem(const LensSolution& corners, const Observations& observations, double square) {
   constexpr double max_scale = 0.08;   // a cyclic error of 8 mm at 20 MHz changes the local scale by 3 %
-  constexpr double min_spread = 1.15;  // of the ranges of the views, for a scale beside an offset
-  constexpr double max_offset = 0.1;   // of the range, where the scale is not known
+  constexpr double min_spread = 1.15;  // ratio of the views' ranges that separates scale from offset
+  constexpr double max_offset = 0.1;   // relative to the range, if the scale is unknown
   if (!observations.light) return {};
   std::vector<double> measured, predicted;  // m, means of the views
   for (const SolvedView& view : corners.views) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// From captures to mean images and the distances of the board.
+// Mean images and distances of the board from captures.
 #include "calibration/frame_mean.hpp"
 #include "calibration/lens_views.hpp"
 #include "calibration/pixel_outliers.hpp"
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// Mean and scatter of one quantity over frames, pixel by pixel.
+/// Mean and scatter of one quantity over frames, per pixel.
 class Accumulator {
  public:
   explicit Accumulator(std::size_t pixels) : count_(pixels), sum_(pixels), square_(pixels) {}
@@ -30,14 +30,14 @@ class Accumulator {
     sum_[pixel] += value;
     square_[pixel] += value * value;
   }
-  /// NaN where not every frame had a value.
+  /// Mean of each pixel; NaN unless every frame had a value.
   std::vector<double> mean(std::size_t frames) const {
     std::vector<double> result(sum_.size(), nan);
     for (std::size_t i = 0; i < result.size(); ++i)
       if (count_[i] == frames) result[i] = sum_[i] / static_cast<double>(frames);
     return result;
   }
-  /// Standard deviation of the mean of a typical pixel. NaN: one frame.
+  /// Standard deviation of the mean, root mean square over the pixels. NaN: one frame.
   double noise(std::size_t frames) const {
     if (frames < 2) return nan;
     const auto n = static_cast<double>(frames);
@@ -60,7 +60,7 @@ bool has_channel(const io::Recording& recording, const char* name) {
                              [name](const io::CaptureChannel& c) { return c.name == name; });
 }
 
-/// Adds the brightness of one frame, amplitude or where there is none the camera's own intensity, and its distances.
+/// Adds the brightness of one frame (amplitude, or the camera's intensity if there is none) and its distances.
 void add_frame(const io::Recording& recording, std::size_t frame, const io::Condition& condition,
                const io::Camera& camera, Accumulator& brightness, Accumulator& distance) {
   using Kind = io::Recording::Kind;
@@ -88,7 +88,7 @@ void add_frame(const io::Recording& recording, std::size_t frame, const io::Cond
   }
 }
 
-/// Returns whether a pixel and its neighbours are alike and bright: away from edges and markers.
+/// Returns true if a pixel and its neighbours are similar and bright, i.e. away from edges and markers.
 bool even_and_bright(const Image& image, long u, long v, double level) {
   if (u < 1 || v < 1 || u + 1 >= static_cast<long>(image.width) || v + 1 >= static_cast<long>(image.height))
     return false;
@@ -103,7 +103,7 @@ bool even_and_bright(const Image& image, long u, long v, double level) {
   return low > level && low > 0.75 * high;
 }
 
-/// Pixels that see the board, with the place: row by row.
+/// Pixels that see the board, including its edge, row-major.
 std::vector<std::size_t> board_pixels(const Image& image, const LensViews& views, const LensParameters& lens,
                                       const Pose& pose) {
   double hx = 0, hy = 0;
@@ -155,9 +155,9 @@ ViewImages images_of(const io::Condition& condition, const io::Camera& camera, C
 
 std::vector<BoardDistance> board_distances(const ViewImages& images, const LensViews& views, const LensParameters& lens,
                                            const Pose& pose) {
-  constexpr double wanted = 120;    // of a view: more change nothing any more
-  constexpr double assumed = 5e-3;  // m, of a pixel where frames do not tell; its factor is estimated
-  constexpr double near = 0.25;     // m, to the middle of the board: others wrapped, or see something else
+  constexpr double wanted = 120;    // blocks per view: more do not change the result
+  constexpr double assumed = 5e-3;  // m, noise of a pixel if there is only one frame; its factor is estimated
+  constexpr double near = 0.25;     // m, from the median: others are wrapped or see something else
   std::vector<BoardDistance> result;
   if (images.distance.empty()) return result;
   const Image& image = images.image;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Derivatives of a projected board point, by differences, for judgements. Part of lens_judgement and others.
+/// @file Derivatives of a projected board point by finite differences, for the validation of lenses.
 #pragma once
 
 #include "calibration/bundle.hpp"
@@ -11,12 +11,12 @@
 
 namespace tofgraph::calibration {
 
-/// Board point in a view: its image, and the derivatives by each parameter.
+/// Board point in a view: its image, and the derivatives with respect to the parameters.
 struct PointDerivatives {
   Eigen::Vector2d pixel;
   Eigen::Vector2d plane;                            ///< on z = 1, without distortion
   Eigen::Matrix<double, 2, Eigen::Dynamic> shared;  ///< lens and warp, as in the layout
-  Eigen::Matrix<double, 2, 6> pose;                 ///< turn about the camera's axes, shift
+  Eigen::Matrix<double, 2, 6> pose;                 ///< rotation about the camera's axes, translation
   Eigen::Vector2d height;                           ///< px per m of the point's height above the board
 };
 
@@ -27,7 +27,7 @@ Eigen::Vector2d image_of(const LensParameters& lens, const Eigen::Vector3d& came
 bool derivatives_of(const LensSolution& solution, const Pose& pose, const BoardPoint& point,
                     const std::array<double, 3>& basis, PointDerivatives& result);
 
-/// The inverse Cholesky factor of a corner's covariance, times the fit's scatter: whitens residuals and derivatives.
+/// Inverse Cholesky factor of a corner's covariance, scaled by the fit's scatter: whitens residuals and derivatives.
 Eigen::Matrix2d whitening(const Corner& corner, double variance_factor);
 
 }  // namespace tofgraph::calibration

@@ -8,12 +8,12 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// As std::hypot, which spends time on numbers that no ray has.
+/// Like std::hypot, without its handling of extreme values.
 double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
 bool is_fisheye(const LensParameters& p) { return p[lens::fisheye] > 0.5; }
 
-/// Factor of a point's radius, and twice its derivative by s = x^2 + y^2.
+/// Factor of a point's radius, and twice its derivative with respect to s = x^2 + y^2.
 struct Radial {
   double factor, slope;
 };
@@ -27,7 +27,7 @@ Radial perspective_radial(const LensParameters& p, double s) {
   return {radial, 2 * (top_slope - radial * bottom_slope) / bottom};
 }
 
-/// Radius in the image of an angle from the axis, and its derivative.
+/// Image radius of an angle from the axis, and its derivative.
 std::pair<double, double> fisheye_radius(const LensParameters& p, double theta) {
   const double t = theta * theta;
   double radius = theta, slope = 1, power = t;
@@ -125,7 +125,7 @@ bool unproject(const LensParameters& p, double u, double v, double* xy) {
     const double du = u - pixel[0], dv = v - pixel[1];
     double dx = (j[3] * du - j[1] * dv) / determinant, dy = (j[0] * dv - j[2] * du) / determinant;
     const double length = length_of(dx, dy);
-    const double part = std::min(1.0, 0.2 / std::max(length, 1e-300));  // a long step may leave the model's domain
+    const double part = std::min(1.0, 0.2 / std::max(length, 1e-300));  // a long step may leave the domain
     x += part * dx;
     y += part * dy;
     if (!(length_of(x, y) < limit)) return false;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The lens whose parameters are fitted: OpenCV's model with its rational terms and a skew, or OpenCV's fisheye
-/// model (Kannala and Brandt, PAMI 2006), for numbers and for numbers with derivatives.
+/// @file Lens with fitted parameters: OpenCV's model with its rational terms and a skew, or OpenCV's fisheye model
+/// (Kannala and Brandt, PAMI 2006), for numbers and for automatic differentiation.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace tofgraph::calibration {
 
-/// Places of the parameters. Focal lengths and principal point in px, the others without unit. `fisheye` is never
+/// Indices of the parameters. Focal lengths and principal point in px, the others without unit. `fisheye` is never
 /// fitted: 1 selects the fisheye model, of which k1 to k4 are the four coefficients.
 namespace lens {
 enum Parameter : std::size_t { fx, fy, cx, cy, k1, k2, p1, p2, k3, skew, k4, k5, k6, fisheye, count };
@@ -20,7 +20,7 @@ inline constexpr std::array<Parameter, 4> fisheye_powers = {k1, k2, k3, k4};
 }  // namespace lens
 using LensParameters = std::array<double, lens::count>;
 
-/// Radius in a fisheye's image over that in a pinhole's. @param s square of the latter
+/// Image radius of a fisheye relative to that of a pinhole. @param s square of the latter
 template <class T, class P> T fisheye_radial(const P* p, const T& s) {
   using std::atan, std::sqrt;
   if (s < 1e-12) return 1.0 + s * (p[lens::k1] - 1.0 / 3);  // atan(r) / r = 1 - r^2 / 3 + ...
@@ -43,18 +43,18 @@ template <class T, class P> void project_plane(const P* p, const T& x, const T& 
   pixel[1] = p[lens::fy] * yd + p[lens::cy];
 }
 
-/// The image of a point in the camera's optical frame, in px.
+/// Image of a point in the camera's optical frame, in px.
 template <class T> void project(const T* p, const T* point, T* pixel) {
   project_plane<T>(p, point[0] / point[2], point[1] / point[2], pixel);
 }
 
-/// d pixel / d (x, y) of project_plane, row by row.
+/// d pixel / d (x, y) of project_plane, row-major.
 std::array<double, 4> plane_jacobian(const LensParameters& p, double x, double y);
 
-/// d pixel / d parameters of project_plane: of u, then of v.
+/// d pixel / d parameters of project_plane: for u, then for v.
 std::array<LensParameters, 2> lens_jacobian(const LensParameters& p, double x, double y);
 
-/// The inverse of project_plane by Newton's method. @returns false where it does not converge
+/// Inverse of project_plane by Newton's method. @returns false if it does not converge
 bool unproject(const LensParameters& p, double u, double v, double* xy);
 
 }  // namespace tofgraph::calibration

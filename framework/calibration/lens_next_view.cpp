@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The view that lowers the projection uncertainty most.
+// Next view that reduces the projection uncertainty most.
 #include "calibration/lens_linearisation.hpp"
 #include "calibration/lens_validation.hpp"
 
@@ -14,9 +14,9 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double margin = 3;  ///< px, of corners to the image's edge
+constexpr double margin = 3;  ///< px, from corners to the image border
 
-/// Information of a view at this pose on lens and warp, with its own pose unknown. Empty: the board is not all inside.
+/// Information of a view at this pose on lens and warp, with unknown pose. Empty if the board is not fully visible.
 Eigen::MatrixXd information_of(const Observations& observations, const LensSolution& solution, const Pose& pose,
                                double corner_sd) {
   const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
@@ -35,7 +35,7 @@ Eigen::MatrixXd information_of(const Observations& observations, const LensSolut
   return (gram - across * own.ldlt().solve(across.transpose())) / (corner_sd * corner_sd);
 }
 
-/// Poses as a user can take them: near and far, in the middle and towards the corners, tilted about either axis.
+/// Feasible poses: near and far, at the centre and towards the corners, tilted about either axis.
 struct Candidate {
   std::array<double, 2> tilt, pixel;
   Pose pose;
@@ -76,7 +76,7 @@ NextView suggest_view(const Observations& observations, const LensSolution& solu
   const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
   const double range = typical_range(solution);
   const ProjectionUncertainty uncertainty(solution);
-  std::vector<Eigen::MatrixXd> along;  // of the lens' places, with lens and warp
+  std::vector<Eigen::MatrixXd> along;  // covariance of image positions with lens and warp
   double before = 0;
   for (const double v : {0.1, 0.3, 0.5, 0.7, 0.9}) {
     for (const double u : {0.1, 0.3, 0.5, 0.7, 0.9}) {
@@ -93,7 +93,7 @@ NextView suggest_view(const Observations& observations, const LensSolution& solu
   for (const Candidate& c : candidates(observations, solution)) {
     const Eigen::MatrixXd information = information_of(observations, solution, c.pose, solution.rms);
     if (information.size() == 0) continue;
-    // Woodbury: covariance less (own + 1 / information)^-1 on the sides that the shared parameters reach.
+    // Woodbury: subtracts (own + 1 / information)^-1, projected by the covariance with the shared parameters.
     const Eigen::MatrixXd gain =
         (Eigen::MatrixXd::Identity(shared, shared) + information * own).fullPivLu().solve(information);
     double reduced = before;

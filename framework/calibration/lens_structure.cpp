@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether the residuals have a pattern that the fitted model cannot make: Rao's score test on further terms.
+// Detection of patterns in the residuals that the fitted model cannot represent: Rao's score test on further terms.
 #include "calibration/lens_linearisation.hpp"
 #include "calibration/lens_validation.hpp"
 
@@ -16,17 +16,17 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// Terms beyond the model: how each moves a point's image, px.
+/// Terms beyond the model: displacement of a point's image by each of them, px.
 struct Terms {
   std::vector<std::string> names;
   std::function<Eigen::MatrixXd(const PointDerivatives&, const BoardPoint&)> columns;  ///< 2 x names
 };
 
-/// Sums over all corners: Gram matrix of parameters and terms, and the terms' products with the residuals.
+/// Sums over all corners: Gram matrix of parameters and terms, and the products of the terms with the residuals.
 struct Sums {
   Eigen::MatrixXd gram;
   Eigen::VectorXd product;
-  double corners = 0, variance = 0;  ///< px^2, mean of the corners' variances
+  double corners = 0, variance = 0;  ///< px^2, mean variance of the corners
 };
 
 Sums sums_of(const Observations& observations, const LensSolution& solution, const Terms& terms) {
@@ -67,13 +67,13 @@ Structure test(const Observations& observations, const LensSolution& solution, c
   const Eigen::VectorXd product = scale.asDiagonal() * sums.product;
   const Eigen::LDLT<Eigen::MatrixXd> known(gram.topLeftCorner(rest, rest));
   const Eigen::MatrixXd across = gram.topRightCorner(rest, extra);
-  // What the terms can do that the parameters cannot, and what of the residuals is along that.
+  // Part of the terms that is orthogonal to the parameters, and the projection of the residuals onto it.
   const Eigen::MatrixXd own = gram.bottomRightCorner(extra, extra) - across.transpose() * known.solve(across);
   const Eigen::VectorXd along = product.tail(extra) - across.transpose() * known.solve(product.head(rest));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> modes(own);
   Structure result;
   for (Eigen::Index i = 0; i < extra; ++i) {
-    if (modes.eigenvalues()[i] < 1e-9) continue;  // the parameters do the same
+    if (modes.eigenvalues()[i] < 1e-9) continue;  // redundant with the parameters
     result.statistic += std::pow(modes.eigenvectors().col(i).dot(along), 2) / modes.eigenvalues()[i];
     result.terms += 1;
   }
@@ -95,7 +95,7 @@ Structure test(const Observations& observations, const LensSolution& solution, c
 }  // namespace
 
 Structure lens_structure(const Observations& observations, const LensSolution& solution) {
-  double limit = 0;  // the largest squared tangent that was seen: terms are about 1 there
+  double limit = 0;  // largest observed squared tangent, normalises the terms to about 1
   for (const SolvedView& view : solution.views) {
     for (const Corner& corner : observations.views[view.view].corners) {
       double xy[2];

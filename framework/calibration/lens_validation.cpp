@@ -18,7 +18,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr int grid = 11;  ///< places of the image along each side, where lenses are compared
+constexpr int grid = 11;  ///< number of image positions along each side at which lenses are compared
 constexpr std::size_t max_folds = 5;
 
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -33,7 +33,7 @@ Eigen::Matrix<double, 2, 3> place_jacobian(const LensParameters& lens, const Eig
   return jacobian;
 }
 
-/// Only some of the views.
+/// Subset of the views.
 Observations subset(const Observations& all, const std::vector<std::size_t>& views) {
   Observations part = all;
   part.views.clear();
@@ -41,7 +41,7 @@ Observations subset(const Observations& all, const std::vector<std::size_t>& vie
   return part;
 }
 
-/// Places of the image in a grid, those in which corners were seen about.
+/// Image positions on a grid.
 std::vector<Eigen::Vector2d> places(const Observations& o) {
   std::vector<Eigen::Vector2d> list;
   for (int i = 0; i < grid; ++i)
@@ -51,7 +51,7 @@ std::vector<Eigen::Vector2d> places(const Observations& o) {
   return list;
 }
 
-/// Fits a view's pose to its corners with the lens held. @returns sum of squares, px^2, over its corners
+/// Fits the pose of a view to its corners with a fixed lens. @returns sum of squares, px^2, over its corners
 double resect(const Observations& observations, const View& view, const std::vector<bool>& used,
               const LensSolution& solution, Pose pose) {
   double squares = 0;
@@ -81,7 +81,7 @@ double resect(const Observations& observations, const View& view, const std::vec
   return squares;
 }
 
-/// Difference of two lenses after the best turn and shift of the camera, px rms over the places.
+/// Difference of two lenses after the best rotation and translation of the camera, px rms over the image positions.
 double difference(const Observations& observations, const LensSolution& a, const LensSolution& b, double range) {
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Vector2d> pixels;
@@ -184,7 +184,7 @@ TwoSets compare_halves(const Observations& observations, const LensOptions& opti
     result.difference = difference(observations, a, b, range);
     result.predicted = std::sqrt(mean_variance(observations, a, range) + mean_variance(observations, b, range));
     result.done = true;
-  } catch (const std::runtime_error&) {  // a half alone does not determine a lens: there is nothing to compare
+  } catch (const std::runtime_error&) {  // half of the views does not determine a lens
     result.done = false;
   }
   return result;
@@ -195,7 +195,7 @@ HeldOutViews predict_left_out(const Observations& observations, const LensOption
   HeldOutViews result;
   const std::size_t n = solution.views.size();
   result.folds = std::min(max_folds, n);
-  std::vector<double> means(n);  // of the squares, each view's
+  std::vector<double> means(n);  // mean square of each view
   std::vector<double> sums(n);
   std::atomic<bool> determined = result.folds > 0 && n - (n + result.folds - 1) / result.folds >= min_views;
   if (!determined) return result;
@@ -209,7 +209,7 @@ HeldOutViews predict_left_out(const Observations& observations, const LensOption
         const SolvedView& view = solution.views[i];
         sums[i] = resect(observations, observations.views[view.view], view.used, others, view.pose);
       }
-    } catch (const std::runtime_error&) {  // the rest alone does not determine a lens
+    } catch (const std::runtime_error&) {  // the remaining views do not determine a lens
       determined = false;
     }
   });

@@ -14,7 +14,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// Condition that was read and searched.
+/// Condition after reading and detection.
 struct Read {
   ViewImages images;
   BoardSearch search;
@@ -34,7 +34,7 @@ Read read(const io::Campaign& campaign, const io::Condition& condition) {
   }
   try {
     result.images = images_of(condition, *campaign.camera, result.seen);
-    // A capture of another camera is a mistake whatever it shows: it is not searched, which takes most of the time.
+    // A capture of another camera is an error in any case: the detection, which takes most of the time, is skipped.
     if (is_foreign(result.seen, campaign)) return result;
     result.search = find_board(result.images.image, *campaign.pattern);
   } catch (const std::runtime_error& error) {
@@ -48,7 +48,7 @@ bool same_image(const Image& a, const Image& b) {
                             [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
 }
 
-/// Returns whether the corners differ by no more than their noise: neither camera nor board moved.
+/// Returns true if the corners differ by no more than their noise: neither camera nor board moved.
 bool same_pose(const View& a, const View& b) {
   if (a.corners.size() != b.corners.size()) return false;
   double squares = 0;
@@ -58,11 +58,11 @@ bool same_pose(const View& a, const View& b) {
     squares += std::pow(x.u - y.u, 2) / (x.covariance[0] + y.covariance[0]) +
                std::pow(x.v - y.v, 2) / (x.covariance[2] + y.covariance[2]);
   }
-  constexpr double limit = 4;  // of a mean that is 1 by noise alone
+  constexpr double limit = 4;  // of a mean with expectation 1
   return squares < limit * 2 * static_cast<double>(a.corners.size());
 }
 
-/// Two measurements of one view: the means of the corners.
+/// Merges two measurements of one view by averaging the corners.
 void merge(View& into, const View& other) {
   for (std::size_t i = 0; i < into.corners.size(); ++i) {
     Corner& corner = into.corners[i];
@@ -101,7 +101,7 @@ class Views {
     all_.pixel_noise.push_back(read.search.pixel_noise);
   }
 
-  /// Too few views are a mistake, with what could be done.
+  /// Reports too few views as an error, with advice.
   void check(config::Diagnostics& diagnostics) const {
     const io::Pattern& pattern = *campaign_.pattern;
     const std::size_t found = all_.observations.views.size();
@@ -132,7 +132,7 @@ class Views {
   std::map<std::array<int, 2>, int> other_sizes_;
 };
 
-/// Adds a note for all views with pixels that differ from their neighbours, or bad in the profile's map.
+/// Adds a note for all views with pixels that differ from their neighbours, or are bad in the profile's map.
 void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, std::vector<std::string>& notes) {
   const auto mapped = std::ranges::count_if(campaign.camera->bad_pixels, [](std::uint8_t bad) { return bad != 0; });
   if (mapped > 0) notes.push_back(fmt::format("{} pixels are left out: bad in the profile's map", mapped));
@@ -143,7 +143,7 @@ void note_pixels(const io::Campaign& campaign, const std::vector<Read>& reads, s
                   worst->images.isolated, campaign.conditions[static_cast<std::size_t>(worst - reads.begin())].id));
 }
 
-/// A lens is of the camera that the campaign names: captures of another are a mistake.
+/// Reports captures of a camera other than the campaign's.
 void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& seen, config::Diagnostics& diagnostics) {
   const std::string name = campaign.camera->view().name;
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -155,7 +155,7 @@ void check_names(const io::Campaign& campaign, const std::vector<CameraSeen>& se
   }
 }
 
-/// Sets the initial lens from the profile, and the paths of light where they are known.
+/// Sets the initial lens from the profile, and the light paths if they are known.
 void use_profile(const tofgraph_camera& camera, Observations& observations) {
   const LensParameters lens = lens_of(camera);
   observations.fisheye = lens[lens::fisheye] > 0.5;

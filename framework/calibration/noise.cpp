@@ -104,7 +104,7 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
 }
 
 /// Errors of sigma in held-out conditions. If they exceed 5 %, the calibration must predict the noise better than the
-/// profile does; below that it may be as good, because the map of bad pixels is new.
+/// profile does; below 5 % an equal prediction is acceptable, because the map of bad pixels is new.
 std::optional<HeldOutErrors> judged(const NoiseFit& fit) {
   const double before = std::abs(std::log(fit.by_profile)), after = std::abs(std::log(fit.held_out.value));
   if (!(after > 0.05) || !std::isfinite(before)) return std::nullopt;

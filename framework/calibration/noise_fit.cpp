@@ -16,8 +16,8 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_level_ratio = 2;    ///< ratio of the levels' 99 and 1 percentiles: below, one number is unknown
-constexpr double max_phase_sigma = 0.2;  ///< rad: above, the phase's noise is no longer the samples' over the amplitude
+constexpr double min_level_ratio = 2;    ///< ratio of the levels' 99 and 1 percentiles: below, one term is unknown
+constexpr double max_phase_sigma = 0.2;  ///< rad: above, phase noise is not proportional to noise over amplitude
 
 /// Sums of one condition for a weighted fit of a straight line.
 struct Line {
@@ -32,13 +32,13 @@ struct Line {
 
 Line operator-(const Line& a, const Line& b) { return {a.square - b.square, a.product - b.product}; }
 
-/// Returns whether both numbers follow from it.
+/// Returns true if both parameters are determined.
 bool solvable(const Line& line) {
   constexpr double singular = 1e-6;
   return line.square(0, 0) > 0 && line.square.determinant() > singular * line.square(0, 0) * line.square(1, 1);
 }
 
-/// (read_noise^2, shot_noise); neither is negative.
+/// Solution (read_noise^2, shot_noise); neither is negative.
 Eigen::Vector2d solve(const Line& line) {
   Eigen::Vector2d x = line.square.ldlt().solve(line.product);
   if (x[0] < 0) x = {0, line.product[1] / line.square(1, 1)};
@@ -48,7 +48,7 @@ Eigen::Vector2d solve(const Line& line) {
 
 double variance_at(const Eigen::Vector2d& x, double level) { return std::max(x[0] + x[1] * level, 1e-12); }
 
-/// Number of the range that a positive value is in, with so many ranges from a value to its double.
+/// Index of the logarithmic bin of a positive value, with `ranges` bins per octave.
 int octave_of(double value, int ranges) { return physics::to_integer(std::floor(ranges * std::log2(value)), 0); }
 
 bool usable(const PixelNoise& p, const std::vector<std::uint8_t>& bad, std::size_t i) {
@@ -76,7 +76,7 @@ Line sum_of(const std::vector<Line>& lines) {
   return all;
 }
 
-/// Variances weighted by what they are expected to be, until that settles.
+/// Iteratively reweighted fit: weights follow from the variances of the previous fit.
 Eigen::Vector2d settle(const NoiseData& data, const std::vector<std::uint8_t>& bad, std::vector<Line>& lines) {
   Eigen::Vector2d x(1, 0.01);
   for (int round = 0; round < 6; ++round) {
@@ -118,7 +118,7 @@ void check_levels(const NoiseData& data, const std::vector<std::uint8_t>& bad, N
                     low, high));
 }
 
-/// sd of both numbers: of what changes when one condition is left out (jackknife); of few conditions from the fit.
+/// Sets standard deviations of both parameters by the jackknife over conditions; for few conditions from the fit.
 void set_deviations(const std::vector<Line>& lines, const Eigen::Vector2d& x, NoiseFit& fit) {
   const Line all = sum_of(lines);
   const Eigen::Matrix2d covariance = all.square.inverse();
@@ -129,12 +129,12 @@ void set_deviations(const std::vector<Line>& lines, const Eigen::Vector2d& x, No
     const auto n = static_cast<double>(lines.size());
     sd = sd.cwiseMax(((n - 1) / n * squares).cwiseSqrt());
   }
-  // Of a read noise near 0 the square is what is known.
+  // For a read noise near 0 only its square is determined.
   fit.read_sd = std::min(sd[0] / (2 * std::max(fit.noise.read_noise, 1e-9)), std::sqrt(sd[0]));
   fit.shot_sd = sd[1];
 }
 
-/// A third term, q level^2: light that flickers, or a converter that bends.
+/// Fits a third term, q level^2: flickering light, or a non-linear converter.
 void set_excess(const NoiseData& data, const Eigen::Vector2d& x, NoiseFit& fit) {
   Eigen::Matrix3d square = Eigen::Matrix3d::Zero();
   Eigen::Vector3d product = Eigen::Vector3d::Zero();
@@ -153,7 +153,7 @@ void set_excess(const NoiseData& data, const Eigen::Vector2d& x, NoiseFit& fit) 
   fit.excess_sd = std::sqrt(covariance(2, 2));
 }
 
-/// Measured and predicted variance of distances, summed.
+/// Sums of measured and predicted variances of distances.
 struct Sum {
   double measured = 0, predicted = 0, amplitude = 0;
   std::size_t pixels = 0;
@@ -169,7 +169,7 @@ struct Sum {
   }
 };
 
-/// Every condition predicted by a fit without its level.
+/// Predicts every condition with a fit without its level.
 void predict(const NoiseData& data, const io::Campaign* campaign, const std::vector<Line>& lines, NoiseFit& fit) {
   std::map<double, std::vector<std::size_t>> levels;
   bool known = true;
@@ -223,7 +223,7 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
   fit.by_profile = interval_of(stated).value;
 }
 
-/// Mean variances in ranges of the level, for the picture.
+/// Mean variances in ranges of the level, for the plot.
 void set_bins(const NoiseData& data, const Eigen::Vector2d& x, NoiseFit& fit) {
   std::map<int, std::array<double, 3>> bins;
   for (const NoiseCondition& c : data.conditions) {
@@ -253,7 +253,7 @@ NoiseFit fit_noise(const NoiseData& data, const io::Campaign* campaign) {
   check_levels(data, fit.bad, fit);
   std::vector<Line> lines;
   Eigen::Vector2d x;
-  // What is bad shows against a fit, and spoils it: twice is enough, as one pass takes out all that matters.
+  // Bad pixels are detected against a fit that they bias: two passes are sufficient.
   for (int round = 0; round < 3; ++round) {
     x = settle(data, fit.bad, lines);
     fit.noise = {.read_noise = std::sqrt(x[0]), .shot_noise = x[1]};

@@ -15,19 +15,19 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr double deviations = outlier_deviate;
-constexpr double min_noisy = 1.25;      ///< its noise over the fit's: less is not worth losing a pixel
-constexpr double max_stuck = 0.5;       ///< a pixel that hardly moves
-constexpr double min_response = 0.2;    ///< relative difference to the neighbours
+constexpr double min_noisy = 1.25;      ///< noise relative to the fit: smaller excess does not justify losing a pixel
+constexpr double max_stuck = 0.5;       ///< noise relative to the fit of a stuck pixel
+constexpr double min_response = 0.2;    ///< relative difference from the neighbours
 constexpr double max_dead = 0.25;       ///< relative to the neighbours' light
-constexpr double min_hot = 1.5;         ///< relative to the neighbours' light where there is least of it
-constexpr double max_modulation = 0.5;  ///< relative to the neighbours' amplitude over light
-constexpr std::size_t few = 3;          ///< conditions: with fewer an edge of the scene looks like a bad pixel
+constexpr double min_hot = 1.5;         ///< relative to the neighbours' light in the darkest condition
+constexpr double max_modulation = 0.5;  ///< relative to the neighbours' ratio of amplitude to light
+constexpr std::size_t few = 3;          ///< conditions: with fewer, a scene edge resembles a bad pixel
 constexpr double log_chance = -20.7;    ///< ln 1e-9
 
-/// Logarithms of each pixel's value over its neighbours' median; NaN where the neighbours are not known.
+/// Logarithm of each pixel's value relative to its neighbours' median; NaN if the neighbours are unknown.
 std::vector<double> against_neighbours(const NoiseData& data, const NoiseCondition& condition,
                                        const std::vector<double>& values) {
-  constexpr double least = 1e-3;  // a value of 0 has no logarithm
+  constexpr double least = 1e-3;  // avoids the logarithm of 0
   std::vector<double> good(values.size(), unknown), result(values.size(), unknown);
   for (std::size_t i = 0; i < values.size(); ++i)
     if (condition.pixels.is_good(i) && data.listed[i] == 0) good[i] = values[i];
@@ -39,7 +39,7 @@ std::vector<double> against_neighbours(const NoiseData& data, const NoiseConditi
   return result;
 }
 
-/// The median of each pixel over conditions. @returns NaN where fewer than `least` know it
+/// Median of each pixel over the conditions. @returns NaN if it is known in fewer than `least`
 std::vector<double> medians_over_conditions(const std::vector<std::vector<double>>& conditions, std::size_t pixels,
                                             std::size_t least) {
   std::vector<double> result(pixels, unknown);
@@ -54,7 +54,7 @@ std::vector<double> medians_over_conditions(const std::vector<std::vector<double
 
 std::vector<double> pixel_levels(const NoiseCondition& c) { return {c.pixels.level.begin(), c.pixels.level.end()}; }
 
-/// Amplitude over light; NaN where there is too little of it to show modulation.
+/// Amplitude relative to light; NaN if there is too little light to show modulation.
 std::vector<double> modulation_of(const NoiseCondition& c) {
   constexpr double dark = 10;  // counts
   std::vector<double> result;
@@ -63,7 +63,7 @@ std::vector<double> modulation_of(const NoiseCondition& c) {
   return result;
 }
 
-/// Medians over the good pixels of a condition. @returns NaN where less than half of them are good
+/// Median over the good pixels of a condition. @returns NaN if less than half of them are good
 double middle_of(const NoiseCondition& c, const std::vector<float>& values) {
   std::vector<double> good;
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -72,14 +72,14 @@ double middle_of(const NoiseCondition& c, const std::vector<float>& values) {
   return 2 * std::ssize(good) < looked_at ? unknown : physics::median(good);
 }
 
-/// True where the amplitude is so far above its noise that half of it cannot be chance.
+/// True if the amplitude is significant even when halved.
 bool shows_modulation(const NoiseCondition& c) {
   constexpr double clear = 20;  // standard deviations
   const double noise = std::sqrt(middle_of(c, c.pixels.variance) / static_cast<double>(c.frames));
   return !c.capped && middle_of(c, c.pixels.amplitude) > clear * noise;
 }
 
-/// Light on flat boards: dead pixels, and other responses.
+/// Marks dead pixels and those with other responses by the light on flat boards.
 void mark_light(const std::vector<std::vector<double>>& levels, NoiseFit& fit) {
   const std::size_t n = fit.bad.size();
   fit.response_judged = levels.size() >= few;
@@ -95,14 +95,14 @@ void mark_light(const std::vector<std::vector<double>>& levels, NoiseFit& fit) {
   }
 }
 
-/// Hot pixels: by their level where there is least light, or full where their neighbours are not.
+/// Marks hot pixels: by their level in the darkest condition, or saturated while their neighbours are not.
 void mark_hot(const NoiseData& data, const NoiseCondition& darkest, const std::vector<double>& level, NoiseFit& fit) {
   const double limit = std::max(deviations * robust_sd(level), std::log(min_hot));
   for (std::size_t i = 0; i < level.size(); ++i) {
     const bool full = darkest.pixels.use[i] == PixelUse::saturated && std::isfinite(level[i]) && level[i] > 0;
     if (level[i] > limit || full) fit.bad[i] |= bad_hot;
   }
-  for (std::size_t i = 0; i < level.size(); ++i) {  // full in every condition
+  for (std::size_t i = 0; i < level.size(); ++i) {  // saturated in every condition
     const auto is_full = [i](const NoiseCondition& c) { return c.pixels.use[i] == PixelUse::saturated; };
     if (std::isfinite(level[i]) && std::ranges::all_of(data.conditions, is_full)) fit.bad[i] |= bad_hot;
   }
@@ -156,7 +156,7 @@ void mark_noise(const NoiseData& data, NoiseFit& fit) {
   for (std::size_t i = 0; i < fit.bad.size(); ++i) {
     double sum = 0, freedom = 0;
     bool clipped = false;
-    for (const bool good : {true, false}) {  // a pixel that is clipped everywhere still shows that it is noisy
+    for (const bool good : {true, false}) {  // also detects noisy pixels that are clipped everywhere
       for (const NoiseCondition& c : data.conditions) {
         const bool use = good ? c.pixels.is_good(i) : c.pixels.use[i] == PixelUse::clipped;
         if (!use || !std::isfinite(c.pixels.variance[i])) continue;
@@ -193,7 +193,7 @@ void mark_frozen(const NoiseData& data, NoiseFit& fit) {
     const std::size_t images = std::min<std::size_t>(data.conditions.front().pixels.images, 64);
     const std::uint64_t own = images == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << images) - 1;
     if (data.source != NoiseSource::taps || (frozen & own) == 0 || log_probability >= log_chance) continue;
-    // Its level and its missing modulation follow from that: they are not reasons of their own.
+    // Its level and missing modulation are consequences: they are not reported as separate reasons.
     fit.bad[i] = static_cast<std::uint8_t>((fit.bad[i] | bad_stuck) & ~(bad_hot | bad_modulation));
   }
 }

@@ -20,10 +20,10 @@ namespace {
 
 using Kind = io::Recording::Kind;
 
-/// Sums over the frames of one condition, pixel by pixel.
+/// Sums over the frames of one condition, per pixel.
 class Sums {
  public:
-  /// @param roi pixels outside it are not looked at
+  /// @param roi pixels outside it are ignored
   Sums(const tofgraph_camera& camera, const std::optional<io::Roi>& roi)
       : pixels_(std::size_t{camera.width} * camera.height),
         range_(physics::unambiguous_range(camera.modulation_frequency)),
@@ -44,7 +44,7 @@ class Sums {
     }
   }
 
-  /// @param values `planes` images of samples @param taps of the taps rather than of their differences
+  /// @param values `planes` images of samples @param taps true: samples are taps, false: differences of taps
   template <class T> void add_samples(const std::vector<T>& values, bool taps) {
     const std::size_t planes = values.size() / pixels_;
     if (last_.empty()) {
@@ -59,7 +59,7 @@ class Sums {
         judge(i, value, taps);
         if (frames_ > 0 && value != last_[at]) frozen_[i] &= ~(std::uint64_t{1} << plane % 64);
         if (frames_ > 0) differences_[i] += (value - last_[at]) * (value - last_[at]);
-        // About the first frame's value, so that the squares of small changes do not drown in those of large counts.
+        // Relative to the first frame's value, to avoid cancellation of the squares of large counts.
         if (frames_ == 0) sum_[at] = 0;
         const double change = frames_ == 0 ? 0 : value - first_[at];
         squares_[i] += change * change;
@@ -93,7 +93,7 @@ class Sums {
     const std::size_t count = sum_.size() / pixels_;
     PixelNoise result{.use = use_, .frozen = frozen_, .images = std::max<std::size_t>(count, 1)};
     const auto n = static_cast<double>(frames_), planes = static_cast<double>(count);
-    // A sample of phases is the difference of two taps, and a distance says as much as two of four samples.
+    // A phase sample is the difference of two taps, and a distance has the information of two of four samples.
     const double taps = source == NoiseSource::taps ? planes : source == NoiseSource::phases ? 2 * planes : 0;
     result.samples = PixelNoise::freedom(frames_) * (source == NoiseSource::taps     ? planes
                                                      : source == NoiseSource::phases ? planes
@@ -133,7 +133,7 @@ class Sums {
   }
   void add_distance(std::size_t i, double distance, double amplitude) {
     amplitude_[i] += amplitude;
-    if (frames_ > 0) {  // the shorter way round where one of the two has wrapped
+    if (frames_ > 0) {  // modulo the range
       const double change = std::remainder(distance - last_distance_[i], range_);
       distance_[i] += change * change;
     }
@@ -146,10 +146,10 @@ class Sums {
   std::vector<PixelUse> use_;
   std::vector<std::uint64_t> frozen_;
   std::vector<double> level_, differences_, squares_, amplitude_, distance_, last_distance_;
-  std::vector<double> first_, last_, sum_;  // of each sample
+  std::vector<double> first_, last_, sum_;  // per sample
 };
 
-/// Why a condition does not tell the noise, or nothing.
+/// Reason why a condition is not used for the noise; empty: it is used.
 std::string other_purpose(const io::Condition& c) {
   if (std::isfinite(c.velocity) && c.velocity != 0) return "the board moves";
   return "";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The offset by integration time and reflectivity, chapter 6 of the reference.
+// Offset by integration time and reflectivity, chapter 6 of the reference.
 #include "calibration/offset_report.hpp"
 #include "calibration/outlying_boards.hpp"
 #include "config/quantity.hpp"
@@ -31,7 +31,7 @@ void check_enough(const Request& request, const Boards& boards) {
     refuse(fmt::format("all boards stand at {}", config::format_quantity(*distances.begin(), "m")));
 }
 
-/// Writes the measurement of each condition, for readers and for other programs.
+/// Writes the measurement of each condition, for users and other programs.
 void write_statistics(const Boards& boards, io::CalibrationWriter& writer) {
   struct Column {
     const char* key;
@@ -54,7 +54,7 @@ void write_statistics(const Boards& boards, io::CalibrationWriter& writer) {
   if (known(rmse)) writer.column("rmse", rmse, "mm", 1e-3);
 }
 
-/// Root mean squares with their 95 % intervals: value, low, high.
+/// Writes root mean squares with their 95 % intervals: value, low, high.
 void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& writer) {
   const auto write = [&](const std::string& key, const Interval& i) {
     std::vector<double> values = {i.value};
@@ -65,7 +65,7 @@ void write_held_out(const std::vector<HeldOut>& axes, io::CalibrationWriter& wri
   for (const HeldOut& axis : axes) write("held_out_" + axis.axis, axis.after);
 }
 
-/// Accuracy of the calibration, a line per axis.
+/// Accuracy of the calibration, one line per axis.
 std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   if (axes.empty()) return {"too few levels to judge the calibration by what was left out"};
   std::vector<std::string> lines;
@@ -84,8 +84,8 @@ std::vector<std::string> worth_of(const std::vector<HeldOut>& axes) {
   return lines;
 }
 
-/// Boards that stood elsewhere are mistakes, or notes where the calibration is insisted on.
-/// @throws config::ConfigurationError with every one
+/// Reports boards at wrong positions as errors, or as notes if the calibration is forced.
+/// @throws config::ConfigurationError with all of them
 void judge_places(const Request& request, const Boards& boards, const tofgraph_camera& camera,
                   std::vector<std::string>& notes) {
   config::Diagnostics diagnostics;
@@ -105,7 +105,7 @@ void judge_places(const Request& request, const Boards& boards, const tofgraph_c
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
 }
 
-/// The first axis decides, which is the distance; others are noted.
+/// Sets the errors of the first axis, the distance, which decides; others are noted.
 void judge(const std::vector<HeldOut>& axes, Result& result) {
   if (axes.empty()) return;
   const auto words = [](const HeldOut& axis) {

@@ -89,7 +89,7 @@ class OffsetReport {
     return report::curves(plot, 380, 280);
   }
 
-  /// Each target's error over the distance, and what the table says between the boards.
+  /// Error of each target over the distance, with the table's interpolation between the boards.
   void errors() {
     page_.heading("The offset");
     report::Curves plot{.title = "measured minus true depth", .x_label = "measured depth, m", .y_label = "error, mm"};
@@ -100,7 +100,7 @@ class OffsetReport {
         const bool sheet = table_.shape() != physics::OffsetTable::Shape::grid;
         if (boards_.target_of(b) == target) by_time[sheet ? 0 : b.condition.integration_time].push_back(&b);
       }
-      // Of many times the middle one: curves of all would hide each other.
+      // Only the middle one of several times: curves of all times would overlap.
       const auto& shown = std::next(by_time.begin(), static_cast<std::ptrdiff_t>(by_time.size() / 2))->second;
       report::Curve curve{
           .name = by_time.size() > 1
@@ -130,7 +130,7 @@ class OffsetReport {
     }
   }
 
-  /// Rows: distances; columns: integration times. One map a target.
+  /// Maps with distances as rows and integration times as columns, one per target.
   std::vector<std::string> maps() const {
     std::set<double> distances, times;
     for (const Board& b : boards_.boards) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The report of an offset calibration.
+/// @file Report of an offset calibration.
 #pragma once
 
 #include "calibration/campaign_inputs.hpp"
@@ -8,7 +8,7 @@
 
 namespace tofgraph::calibration {
 
-/// @param verdict the sentence at the top
+/// @param verdict sentence at the top
 report::Page offset_report(const Campaign& campaign, const physics::OffsetTable& table,
                            const std::vector<HeldOut>& axes, const std::string& verdict);
 

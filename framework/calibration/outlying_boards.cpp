@@ -23,7 +23,7 @@ using Eigen::VectorXd;
 
 constexpr std::size_t min_distances = 6;
 constexpr double min_error = 5e-3, min_spreads = 6;  // m; standard deviations
-constexpr double placing_sd = 0.3e-3;                // m, of where a board stands
+constexpr double placing_sd = 0.3e-3;                // m, positioning uncertainty of a board
 
 /// Design matrix of the boards' depth errors z - T: one column for each smooth cause, scaled by its prior standard
 /// deviation.
@@ -31,7 +31,7 @@ MatrixXd columns_of(const Boards& boards, double range) {
   const auto n = static_cast<Eigen::Index>(boards.boards.size());
   const auto targets = static_cast<Eigen::Index>(boards.targets.size());
   const double per_radian = range / (2 * std::numbers::pi);
-  const double scale = range / 7.495;  // of the harmonics' sizes, which are those of cameras at 20 MHz
+  const double scale = range / 7.495;  // scales the harmonics, which are those of cameras at 20 MHz
   constexpr double crosstalk = 2500;   // counts/s
   MatrixXd columns = MatrixXd::Zero(n, 14 + targets);
   for (Eigen::Index i = 0; i < n; ++i) {
@@ -61,13 +61,13 @@ MatrixXd columns_of(const Boards& boards, double range) {
   return columns;
 }
 
-/// Fits some of the boards. Priors are those of the columns.
+/// Fit to a subset of the boards, with the priors of the columns.
 class BoardFit {
  public:
   BoardFit(MatrixXd columns, VectorXd values, std::vector<double> distances)
       : columns_(std::move(columns)), values_(std::move(values)), distances_(std::move(distances)) {}
 
-  /// @returns m, robust standard deviation of boards against fits to those at other distances
+  /// @returns m, robust standard deviation of boards relative to fits to those at other distances
   double usual_error(const std::vector<Eigen::Index>& used) const {
     double sd = 1e-3;
     for (int round = 0; round < 6; ++round) {
@@ -80,7 +80,7 @@ class BoardFit {
     return sd;
   }
 
-  /// Error of a board against a fit to others, m, and its size in standard deviations.
+  /// Error of a board relative to a fit to others, m, and in standard deviations.
   struct Error {
     double error, spreads;
   };
@@ -99,7 +99,7 @@ class BoardFit {
     return Eigen::LDLT<MatrixXd>(MatrixXd(a.transpose() * a) + MatrixXd::Identity(a.cols(), a.cols()));
   }
 
-  /// Errors of all boards, each against a fit without its distance, in their standard deviations.
+  /// Absolute errors of all boards, each relative to a fit without its distance, in standard deviations.
   std::vector<double> left_out_sizes(const std::vector<Eigen::Index>& used, double sd) const {
     const MatrixXd a = columns_(used, Eigen::all) / sd;
     const VectorXd y = values_(used) / sd;
@@ -122,8 +122,8 @@ class BoardFit {
   std::vector<double> distances_;
 };
 
-/// The board that the others contradict most; each distance is left out in turn, so that no board hides another one
-/// that stood beside it.
+/// Board that deviates most from the fit to the others; each distance is held out in turn, so that an adjacent outlier
+/// cannot mask another one.
 std::optional<OutlyingBoard> worst_of(const BoardFit& fit, const std::vector<Eigen::Index>& used) {
   std::map<double, std::vector<Eigen::Index>> levels;
   for (const Eigen::Index i : used) levels[fit.distance(i)].push_back(i);
@@ -145,8 +145,8 @@ std::optional<OutlyingBoard> worst_of(const BoardFit& fit, const std::vector<Eig
   return worst;
 }
 
-/// True where the boards beside it, of the same target and integration time, are right: what several boards in a row
-/// deviate by is a property of the camera that the columns do not have.
+/// True if the adjacent boards of the same target and integration time fit: a deviation shared by several successive
+/// boards is a property of the camera that the columns do not model.
 bool stands_alone(const Boards& boards, const BoardFit& fit, const std::vector<Eigen::Index>& used,
                   const OutlyingBoard& board) {
   const Board& own = boards.boards[board.board];

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Boards that did not stand where the campaign says.
+/// @file Detection of boards that were not at their stated position.
 #pragma once
 
 #include "calibration/board_measurements.hpp"
@@ -9,18 +9,18 @@
 
 namespace tofgraph::calibration {
 
-/// A board whose depth the others do not predict.
+/// Board whose depth contradicts the prediction from the others.
 struct OutlyingBoard {
-  std::size_t board;  ///< in Boards::boards
-  double error;       ///< m, its z - T minus what the boards at other distances predict
+  std::size_t board;  ///< index in Boards::boards
+  double error;       ///< m, its z - T minus the prediction from boards at other distances
   double usual;       ///< m, robust standard deviation of all boards' errors
 };
 
-/// Predicts z - T of each board from those at other distances, by what a camera's error may consist of: a constant, a
-/// slope, harmonics of the phase, and what goes with integration time, light and target, each with a prior of the size
-/// that cameras have. So the outermost boards are judged, too. One is named whose error is 5 mm or more and 6 standard
-/// deviations, and three times those of the boards beside it; it is left out then, and the others are judged again.
-/// None where fewer than six distances were measured, or where all differ.
+/// Predicts z - T of each board from those at other distances by a model of camera errors: a constant, a slope,
+/// harmonics of the phase, and terms of integration time, light and target, each with a prior of typical magnitude.
+/// So the outermost boards are tested too. A board is reported if its error is at least 5 mm, 6 standard deviations and
+/// three times those of the adjacent boards; it is then excluded, and the others are tested again.
+/// Empty if fewer than six distances were measured, or if all differ.
 std::vector<OutlyingBoard> outlying_boards(const Boards& boards, double unambiguous_range);
 
 }  // namespace tofgraph::calibration

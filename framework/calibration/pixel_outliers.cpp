@@ -12,12 +12,12 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double amplitude_factor = 4;   ///< a good pixel of a flat target never differs by as much
-constexpr double upper_quartile = 0.75;  ///< most bad pixels are too dark: up to two thirds of the neighbours may be
-constexpr double noise_factor = 2;       ///< less hardly changes a mean
+constexpr double amplitude_factor = 4;   ///< exceeds the ratio of good pixels on a flat target
+constexpr double upper_quartile = 0.75;  ///< bad pixels are mostly dark: up to two thirds of the neighbours may be bad
+constexpr double noise_factor = 2;       ///< less has little effect on a mean
 constexpr double min_difference = 0.01;  ///< m, likewise
 
-/// A quantile of the neighbours of each pixel of the window. @param keep neighbours that count
+/// Quantile of the neighbours of each pixel of the window. @param keep neighbours to be used
 std::vector<double> window_quantiles(const FlatTarget& target, std::span<const double> values,
                                      const std::vector<std::uint8_t>& keep, double share = 0.5) {
   const std::size_t last = target.pixels.empty() ? 0 : *std::ranges::max_element(target.pixels);
@@ -30,7 +30,7 @@ std::vector<double> window_quantiles(const FlatTarget& target, std::span<const d
   return quantiles;
 }
 
-/// Differences of the residuals to their neighbours', the shorter way round; NaN for pixels that are rejected already.
+/// Differences between the residuals and those of the neighbours, modulo the range; NaN for rejected pixels.
 std::vector<double> residual_differences(const FlatTarget& target, const std::vector<std::uint8_t>& keep) {
   std::vector<double> differences = window_quantiles(target, target.residual, keep);
   for (std::size_t i = 0; i < differences.size(); ++i)
@@ -77,7 +77,7 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
     reason += keep[i];
     keep[i] = 0;
   };
-  std::vector<double> brightness(n, 1);  // of the neighbours over that of the window, at most 1
+  std::vector<double> brightness(n, 1);  // of the neighbours relative to the window, at most 1
   if (!target.amplitude.empty()) {
     const double middle = physics::median(std::vector(target.amplitude.begin(), target.amplitude.end()));
     const std::vector<double> local = window_quantiles(target, target.amplitude, keep, upper_quartile);
@@ -106,7 +106,7 @@ std::vector<std::uint8_t> keep_like_neighbours(const FlatTarget& target, Unusabl
 
 std::size_t mark_isolated(std::vector<double>& values, std::size_t columns, double noise) {
   constexpr double factor = 3;
-  constexpr std::size_t alike = 2;  // neighbours: more than two are an edge
+  constexpr std::size_t alike = 2;  // similar neighbours: more than two indicate an edge
   const double min_step = std::isfinite(noise) ? outlier_deviate * noise : 0;
   const std::size_t rows = values.size() / columns;
   std::vector<std::size_t> isolated;

@@ -26,18 +26,18 @@ namespace fs = std::filesystem;
 /// Error of one pixel over the frames of a condition.
 struct PixelError {
   std::size_t pixel = 0;
-  double mean = 0, variance = io::unknown;  ///< m, m^2 from frame to frame
+  double mean = 0, variance = io::unknown;  ///< m, m^2 between frames
   double frames = 0;
 };
 
-/// Condition, or the reason why it is left out.
+/// Condition, or the reason for its exclusion.
 struct ReadPlane {
   EvaluatedCondition result;
   std::vector<PixelError> pixels;
   std::string serial, left_out;
 };
 
-/// A channel of lengths as errors of depth.
+/// Channel of lengths, converted to depths.
 class LengthChannel {
  public:
   LengthChannel(const io::CaptureReader& capture, const tofgraph_camera& camera) : capture_(capture) {
@@ -59,7 +59,7 @@ class LengthChannel {
         index && capture_.channels()[*index].of == name_ && capture_.channels()[*index].type == TOFGRAPH_TYPE_F32;
     return own ? read(*index, frame) : std::vector<float>{};
   }
-  /// Depth from the sensor plane of a pixel, m; NaN where the rule for lengths finds none. @param ray of the pixel
+  /// Depth of a pixel from the sensor plane, m; NaN if the length is invalid. @param ray of the pixel
   double depth(const std::vector<float>& values, std::size_t pixel, const physics::Geometry& geometry,
                physics::Vector3 ray) const {
     if (name_ == "points")
@@ -67,7 +67,7 @@ class LengthChannel {
     if (!is_valid_length(values[pixel])) return io::unknown;
     return name_ == "depth" ? double{values[pixel]} : physics::depth_of(geometry, ray, double{values[pixel]});
   }
-  /// Pixels of a frame that are flagged as invalid; empty: the capture has no flags.
+  /// Flags of the pixels of a frame; empty: the capture has no flags.
   std::vector<std::uint16_t> read_flags(std::size_t frame) const {
     const std::optional<std::size_t> index = index_of("flags");
     if (!index || capture_.channels()[*index].type != TOFGRAPH_TYPE_U16) return {};
@@ -177,7 +177,7 @@ class PlaneReader {
     }
   }
 
-  /// Distances, or what taps and phases decode to, through the geometry of the camera.
+  /// Converts distances, measured or decoded from taps and phases, to depths by the geometry of the camera.
   void from_samples(const std::vector<std::size_t>& window, ReadPlane& read) const {
     const io::Condition& condition = read.result.condition;
     const MeanImages images = mean_of(io::Recording(condition.capture), condition, window, profile_);
@@ -192,7 +192,7 @@ class PlaneReader {
         const physics::Vector3 ray = model.ray(pixel);
         return physics::depth_of(model.geometry(), ray, physics::optimized_bistatic_newton(model.geometry(), ray, d));
       };
-      if (!std::isfinite(distance)) continue;  // as of a pixel without light
+      if (!std::isfinite(distance)) continue;  // e.g. a pixel without light
       const double depth = depth_at(distance), slope = (depth_at(distance + 1e-3) - depth) / 1e-3;
       const double noise = images.noise * slope;
       read.pixels.push_back(
@@ -224,7 +224,7 @@ DepthErrors errors_of(const std::vector<PixelError>& pixels) {
   return errors;
 }
 
-/// Distances of the pixels from the principal point, in widths of a ring.
+/// Distances of the pixels from the principal point, in units of the ring width.
 class Rings {
  public:
   explicit Rings(const tofgraph_camera& camera) : camera_(camera) {
@@ -250,7 +250,7 @@ class Rings {
   double width_ = 1;
 };
 
-/// Mean shape of the error over the image, from what is added condition by condition.
+/// Mean shape of the error over the image, accumulated over the conditions.
 class ShapeSum {
  public:
   explicit ShapeSum(std::size_t pixels) : sum_(pixels), count_(pixels) {}

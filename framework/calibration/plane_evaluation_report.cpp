@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// An evaluation against planes as text, as JSON and as a page.
+// Evaluation against planes as text, JSON and HTML.
 #include "calibration/plane_evaluation.hpp"
 #include "config/log.hpp"
 #include "config/quantity.hpp"
@@ -37,7 +37,7 @@ using Summaries = std::vector<ErrorSummary> (*)(const PlaneEvaluation&);
 
 std::vector<ErrorSummary> only_all(const PlaneEvaluation& evaluation) { return {summary_of_all(evaluation)}; }
 
-/// Groups of both campaigns, those of the same name below each other.
+/// Groups of both campaigns; rows of the same name are adjacent.
 EvaluationRows rows_of(const EvaluationResult& result, Summaries summaries) {
   EvaluationRows rows;
   const std::vector<ErrorSummary> before = result.before ? summaries(*result.before) : std::vector<ErrorSummary>{};
@@ -71,7 +71,7 @@ std::string text_table(const EvaluationRows& rows) {
   return text;
 }
 
-/// null for what is not known: JSON has no NaN.
+/// null for unknown values, because JSON has no NaN.
 nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
 
 nlohmann::json json_of(const DepthErrors& e) {

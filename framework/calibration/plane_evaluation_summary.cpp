@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Errors of several conditions together.
+// Combined errors of several conditions.
 #include "calibration/plane_evaluation.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Conditions that contradict the rest of their campaign, because something was written wrongly: named before a search
-/// or a calibration takes them for a property of the camera. Header-only: calibration and diagnosis compile it into
+/// Conditions that contradict the rest of their campaign because of a wrong entry: reported before a search or a
+/// calibration attributes them to the camera. Header-only: calibration and diagnosis compile it into
 /// themselves.
 #pragma once
 
@@ -25,11 +25,11 @@
 
 namespace tofgraph::calibration {
 
-/// The entry of one condition that was written, and the one that its data fit.
+/// Wrong entry of a condition, and the value that fits its data.
 struct Contradiction {
   enum class Kind { distance, target, integration_time, swapped, saturated };
   Kind kind = Kind::distance;
-  std::size_t condition = 0;  ///< condition that the data belong to
+  std::size_t condition = 0;  ///< condition to which the data belong
   std::string text;           ///< "you wrote 'distance: 10 m', the data say 1 m"
 
   const char* key() const {  ///< key of the entry in the campaign
@@ -67,21 +67,21 @@ class PlausibilityJudge {
 
  private:
   using Kind = Contradiction::Kind;
-  /// An entry that would make a condition fit the others.
+  /// Changed entry with which a condition would fit the others.
   struct Explanation {
     Kind kind;
     double misfit;
     std::string written, seen;
   };
 
-  // What effects may do to a condition that is written correctly: some centimetres, a third of the light.
+  // Effects may change a correctly described condition by some centimetres and a third of the light.
   static constexpr double usual_length = 50e-3, usual_light = 0.3;  // m, of ln amplitude
   static constexpr double usual_spreads = 10;  // robust standard deviations of the other conditions
-  // An explanation must do better.
+  // An explanation must fit better.
   static constexpr double explained_length = 25e-3, explained_light = 0.1, explained_spreads = 5;
-  static constexpr double distance_share = 0.08;  // a smaller error of the distance is left to the search
+  static constexpr double distance_share = 0.08;  // smaller errors of the distance are left to the search
   static constexpr double slip_tolerance =
-      0.03;  // relative, of a distance that is ten times what is written, or a tenth
+      0.03;  // relative, of a distance that differs from the written one by a factor of ten
 
   bool within(std::size_t i, const Deviation& rest, double length, double light, double spreads) const {
     const Deviation& spread = camera_.spread();
@@ -96,7 +96,7 @@ class PlausibilityJudge {
   }
   bool is_suspect(std::size_t i) const {
     if (!camera_.knows(i)) return false;
-    // What the data vouch for is right, whatever a recorder wrote into its file.
+    // The data are trusted more than the recorded integration time.
     return is_far_off(i) || (other_time_[i] && !(camera_.tells_light(i) && explains(i, rest_[i])));
   }
   double misfit(std::size_t i, const Deviation& rest) const {
@@ -157,7 +157,7 @@ class PlausibilityJudge {
 
   void add_distance(std::size_t i, std::vector<Explanation>& all) const {
     const double written = data_.conditions[i].board_distance;
-    // Without light a slip by ten comes first, for the phase repeats itself.
+    // Without light, factors of ten are tried first, because the phase is periodic.
     const std::vector<double> starts = camera_.tells_light(i)
                                            ? std::vector<double>{camera_.distance_by_light(i)}
                                            : std::vector<double>{written / 10, 10 * written, written};
@@ -202,15 +202,15 @@ class PlausibilityJudge {
 
   const BoardPhasors& data_;
   RobustCamera camera_;
-  std::vector<Deviation> rest_;   ///< per condition as it is written
-  std::vector<bool> other_time_;  ///< that the capture says
+  std::vector<Deviation> rest_;   ///< per condition as written
+  std::vector<bool> other_time_;  ///< differs from that of the capture
   std::vector<std::optional<Contradiction>> found_;
 };
 
-/// Compares the median distance and amplitude of each condition with what a robust fit of all others expects there:
-/// an offset, what goes with ln amplitude and ln integration time, a constant phasor beside the light, one reflectivity
-/// a target. A condition is named where it is far off and where one changed entry explains both its distance and its
-/// amplitude. In the order of the conditions.
+/// Compares the median distance and amplitude of each condition with the expectation from a robust fit of all others:
+/// an offset, terms of ln amplitude and ln integration time, a constant phasor added to the light, and one reflectivity
+/// per target. A condition is reported if it deviates strongly and if changing one entry explains both its distance and
+/// its amplitude. In the order of the conditions.
 inline std::vector<Contradiction> contradictions(const BoardPhasors& data) { return PlausibilityJudge(data).all(); }
 
 }  // namespace tofgraph::calibration

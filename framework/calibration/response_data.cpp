@@ -26,7 +26,7 @@ bool has_channel(const io::Recording& recording, const char* name) {
                              [name](const io::CaptureChannel& c) { return c.name == name; });
 }
 
-/// Sums over the frames of one condition, pixel by pixel.
+/// Sums over the frames of one condition, per pixel.
 class ResponseSums {
  public:
   explicit ResponseSums(const tofgraph_camera& camera)
@@ -54,7 +54,7 @@ class ResponseSums {
     }
   }
 
-  /// @returns values of pixels that were saturated
+  /// @returns number of saturated values
   std::size_t write_means(std::size_t frames, bool decoded, ResponseCondition& result) const {
     const auto n = static_cast<double>(frames);
     for (std::size_t i = 0; i < pixels_; ++i) {
@@ -87,7 +87,7 @@ class ResponseSums {
   }
   void add_light(std::size_t i, double value) {
     if (!std::isfinite(value)) good_[i] = 0;
-    if (value >= limit_) {  // of the mean of the taps: the brighter one is full long before
+    if (value >= limit_) {  // mean of the taps: the brighter tap saturates earlier
       saturated_ += good_[i];
       good_[i] = 0;
     }
@@ -115,7 +115,7 @@ std::string other_use(const io::Condition& c) {
   return "";
 }
 
-/// reflectivity t_int / D_t^2 of each pixel that sees the board.
+/// Relative light, reflectivity t_int / D_t^2, of each pixel that sees the board.
 std::vector<float> light_of(const io::Condition& c, const tofgraph_camera& camera, const BoardModel& model) {
   if (!c.has_board() || !c.scene.empty() || c.is_capped() || !c.sources.empty() || !std::isfinite(c.reflectivity))
     return {};
@@ -155,7 +155,7 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
   return result;
 }
 
-/// Levels are distances where there are three or more, else integration times, else single conditions.
+/// Sets the levels: distances if there are three or more, else integration times, else single conditions.
 void set_levels(const io::Campaign& campaign, ResponseData& data) {
   std::set<double> distances, times;
   for (const ResponseCondition& c : data.conditions) {

@@ -17,13 +17,13 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double light_error = 5e-3;    ///< relative: what the harmonics of the correlation change of an amplitude
+constexpr double light_error = 5e-3;    ///< relative: change of an amplitude by harmonics of the correlation
 constexpr double count_error = 1;       ///< counts
-constexpr double min_ratio = 1.5;       ///< ratio of the amplitudes, for a dark level beside the slope
+constexpr double min_ratio = 1.5;       ///< ratio of the amplitudes that is needed to fit a dark level
 constexpr double outlying = 6;          ///< robust standard deviations of the map
-constexpr std::size_t level_count = 3;  ///< from where on levels can be left out
+constexpr std::size_t level_count = 3;  ///< minimum number of levels for holding out
 
-using Left = std::optional<double>;  ///< the level that is left out
+using Left = std::optional<double>;  ///< the held-out level
 
 double median_of_known(const std::vector<double>& values) {
   std::vector<double> known;
@@ -67,7 +67,7 @@ class ResponseSolver {
 
   Eigen::Index terms() const { return terms_; }
 
-  /// Nothing where the pixel was seen too seldom or shows no light.
+  /// Fit of a pixel; nullopt if it has too few values or shows no light.
   std::optional<Line> line(std::size_t pixel, Left left) const {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -115,7 +115,7 @@ class ResponseSolver {
   }
 
  private:
-  static constexpr double time_scale = 1e-3;  ///< s, so that the terms are of one size
+  static constexpr double time_scale = 1e-3;  ///< s, scales the terms to similar magnitude
   static double weight_of(double intensity) {
     return 1 / (count_error * count_error + std::pow(light_error * intensity, 2));
   }
@@ -124,7 +124,7 @@ class ResponseSolver {
   Eigen::Index terms_ = 1;
 };
 
-/// ln gain on the axis: a parabola over tan^2 of the angle, pixels far from it left out.
+/// ln gain on the axis: fit of a parabola over tan^2 of the angle, without outliers.
 double on_axis(const std::vector<double>& log_gain, const std::vector<double>& angle) {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
   double limit = std::numeric_limits<double>::infinity(), middle = median_of_known(log_gain);
@@ -148,12 +148,12 @@ double on_axis(const std::vector<double>& log_gain, const std::vector<double>& a
   return value[0];
 }
 
-/// The two numbers from all conditions but one level.
+/// Both parameters from all conditions except one level.
 struct Numbers {
   double contrast = unknown, gain = unknown;
 };
 
-/// Student's interval by the jackknife over whole levels.
+/// Sets Student's interval by the jackknife over whole levels.
 void set_interval(double value, const std::vector<double>& without, ResponseValue& result) {
   result.value = value;
   const auto n = static_cast<double>(without.size());
@@ -229,7 +229,7 @@ class ResponseEstimate {
     }
   }
 
-  /// @param errors those of the level that is left out are appended; null: none is
+  /// @param errors those of the held-out level are appended; null: no level is held out
   Numbers numbers(Left left, Errors* errors) const {
     std::vector<double> contrasts, gains(pixels_, unknown);
     std::vector<std::optional<Line>> lines(pixels_);

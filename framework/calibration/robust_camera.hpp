@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A camera of a few numbers, fitted to the medians of all conditions so that wrong ones do not count.
+/// @file Camera model with a few parameters, fitted to the medians of all conditions with outliers down-weighted.
 /// Header-only: calibration and diagnosis compile it into themselves.
 #pragma once
 
@@ -31,12 +31,12 @@ struct Deviation {
 
 class RobustCamera {
  public:
-  /// @param data stays as long as the camera
+  /// @param data must outlive this object
   explicit RobustCamera(const BoardPhasors& data);
 
   /// Robust standard deviations of rest() over the conditions.
   const Deviation& spread() const { return spread_; }
-  /// Returns whether the condition has any place; whether its amplitude can be judged: two others of its target fit.
+  /// Returns true if the condition has data; if its amplitude can be tested, i.e. two others of its target fit.
   bool knows(std::size_t condition) const { return !seen_[condition].phasor.empty(); }
   bool tells_light(std::size_t condition) const;
   const std::vector<std::string>& targets() const { return targets_; }
@@ -44,49 +44,49 @@ class RobustCamera {
 
   /// Deviation of a condition from the expectation by the others.
   Deviation rest(std::size_t condition) const { return rest_as(condition, condition); }
-  /// The same for its data under the settings of another one; with another target; with another integration time, s.
+  /// The same for its data with the settings of another condition, another target, or another integration time, s.
   Deviation rest_as(std::size_t data, std::size_t settings) const;
   Deviation rest_on(std::size_t condition, std::size_t target) const;
   Deviation rest_with(std::size_t condition, double integration_time) const;
-  /// ln of the amplitude that the others make expect, counts.
+  /// ln of the amplitude expected from the others, counts.
   double expected_light(std::size_t condition) const { return seen_[condition].light - rest(condition).light; }
-  /// The board's distance that the amplitude says, m: light goes with its square.
+  /// Distance of the board according to its amplitude, m: light decreases with the square of the distance.
   double distance_by_light(std::size_t condition) const;
-  /// The distance that the phase says in the period of `start`, m, and what is left there.
+  /// Distance according to the phase in the period of `start`, m, and the residual there.
   std::pair<double, Deviation> at_distance(std::size_t condition, double start) const;
 
  private:
   struct Seen {
-    std::vector<std::size_t> at;               ///< places with a number
+    std::vector<std::size_t> at;               ///< positions with a finite value
     std::vector<std::complex<double>> phasor;  ///< measured, counts
-    std::complex<double> inverse;              ///< mean of 1 / phasor; 0 where no amplitude is known
+    std::complex<double> inverse;              ///< mean of 1 / phasor; 0 if the amplitude is unknown
     double light = 0;                          ///< ln of the median amplitude
   };
   Seen see(std::size_t condition) const;
   Deviation against(std::size_t condition, const BoardPhasors::Phasors& ideal) const;
   Deviation rest_of(std::size_t condition, Deviation raw, double integration_time, std::size_t target) const;
-  /// Rows of the fit: of the length, and of the light.
+  /// Rows of the fit for the length and for the light.
   Eigen::Matrix2Xd rows(std::size_t condition, double integration_time, std::size_t target) const;
   void fit();
   void update(const std::vector<Deviation>& raw);
 
   using Complex = std::complex<double>;
-  /// Columns: an offset (m), distance by ln amplitude and by ln integration time (m), a constant phasor beside the
-  /// light (counts/s, two parts), then one logarithm of the reflectivity a target.
+  /// Columns: an offset (m), distance by ln amplitude and by ln integration time (m), a constant phasor added to the
+  /// light (counts/s, two parts), then the logarithm of one reflectivity per target.
   enum Column : Eigen::Index { offset, by_light, by_time, real_part, imaginary_part, first_target };
   static constexpr std::array<double, first_target> usual = {1, 0.02, 0.02, 3000, 3000};  // sd of the priors
   static constexpr double usual_reflectivity = 3;
-  static constexpr Deviation finest = {2e-3, 0.01};  // m and ln amplitude: what boards and lamps differ by anyway
-  static constexpr double outlier = 6;               // spreads, where a condition counts nothing (Tukey's biweight)
+  static constexpr Deviation finest = {2e-3, 0.01};  // m and ln amplitude: minimum scatter of boards and lamps
+  static constexpr double outlier = 6;               // spreads beyond which the weight is 0 (Tukey's biweight)
   static constexpr int steps = 30;
-  static constexpr double nearest_light = 1000, usual_time = 1e-3;  // counts, s: where by_light and by_time are 0
+  static constexpr double nearest_light = 1000, usual_time = 1e-3;  // counts, s: zeros of by_light and by_time
 
   const BoardPhasors& data_;
   double scale_;  ///< m per rad
   std::vector<Seen> seen_;
   std::vector<std::string> targets_;
   std::vector<std::size_t> target_;   ///< per condition
-  std::vector<std::size_t> support_;  ///< conditions that fit, of each target
+  std::vector<std::size_t> support_;  ///< number of fitting conditions per target
   std::vector<double> weight_;
   Eigen::VectorXd value_;  ///< values of the columns
   Deviation spread_;
@@ -96,7 +96,7 @@ inline RobustCamera::RobustCamera(const BoardPhasors& data)
     : data_(data), scale_(physics::metres_per_radian(data.modulation_frequency)), weight_(data.size(), 0) {
   for (std::size_t i = 0; i < data_.size(); ++i) {
     seen_.push_back(see(i));
-    // A stated reflectivity is in the ideal signal already: these conditions share what the light power is off by.
+    // A stated reflectivity is part of the ideal signal: these conditions share the error of the light power.
     const io::Condition& condition = data_.conditions[i];
     const std::string name = std::isfinite(condition.reflectivity) ? std::string() : condition.target;
     const auto found = std::ranges::find(targets_, name);
@@ -135,7 +135,7 @@ inline Deviation RobustCamera::against(std::size_t i, const BoardPhasors::Phasor
     const Complex ratio = seen.phasor[k] / ideal[seen.at[k]];
     mean += ratio / std::abs(ratio);
   }
-  // About the mean direction, so that no half of the pixels wraps.
+  // Relative to the mean direction, to avoid wrapping.
   std::vector<double> angles, gains;
   for (std::size_t k = 0; k < seen.at.size(); ++k) {
     const Complex ratio = seen.phasor[k] / ideal[seen.at[k]];
@@ -186,7 +186,7 @@ inline void RobustCamera::fit() {
   for (int step = 0; step < steps; ++step) update(raw);
 }
 
-/// Spread and weights about the present values, then new values.
+/// Updates spread and weights at the current values, then the values.
 inline void RobustCamera::update(const std::vector<Deviation>& raw) {
   const std::size_t n = data_.size();
   std::vector<double> lengths, lights;
@@ -219,7 +219,7 @@ inline void RobustCamera::update(const std::vector<Deviation>& raw) {
     const double wl = weight_[i] / std::pow(spread_.length, 2);
     const double wa = has_light ? weight_[i] / std::pow(spread_.light, 2) : 0;
     normal += wl * x.row(0).transpose() * x.row(0) + wa * x.row(1).transpose() * x.row(1);
-    // Of what is left about the present values, for the length repeats itself.
+    // Residuals are added to the current values, because the length is periodic.
     right += wl * x.row(0).transpose() * (present(0) + rest[i].length) +
              wa * x.row(1).transpose() * (present(1) + rest[i].light);
   }

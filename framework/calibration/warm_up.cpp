@@ -18,12 +18,12 @@ namespace {
 using config::format_quantity;
 
 constexpr double usual_tolerance = 2e-3;  ///< m
-constexpr double max_relative_sd = 0.25;  ///< limit for a time constant that is written
+constexpr double max_relative_sd = 0.25;  ///< limit for a time constant in the file
 constexpr double significant = 3;         ///< standard deviations
 
 std::string minutes(double seconds) { return fmt::format("{:.2f} min", seconds / 60); }
 
-/// Mean of values with their standard deviations as weights.
+/// Mean of values, weighted by their inverse variances.
 Estimate weighted(const std::vector<Estimate>& all) {
   double weights = 0, sum = 0;
   for (const Estimate& e : all) {
@@ -67,7 +67,7 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
                        minutes(earliest)),
            3 * usual_time_constant);
   if (!seen) {
-    if (longest >= 3 * usual_time_constant) return;  // long enough to say that there is no drift
+    if (longest >= 3 * usual_time_constant) return;  // long enough to exclude a drift
     refuse(fmt::format("{} since power-on show no drift, which takes 5 to 20 min: they are too short to tell",
                        minutes(longest)),
            3 * usual_time_constant);
@@ -99,7 +99,7 @@ Drift fit(const Series& s) {
   return drift;
 }
 
-/// Error of a frame at each point in time, all series one after another.
+/// Writes the error of a frame at each point in time, all series one after another.
 void write_errors(const WarmUpData& data, io::CalibrationWriter& writer) {
   io::Calibrated series, time, rmse, bias, noise;
   for (std::size_t i = 0; i < data.series.size(); ++i) {
@@ -205,10 +205,10 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
   return lines;
 }
 
-/// Drift, exponent and reference time of the integration times, of drifts of one sign.
+/// Fits drift, exponent and reference time over the integration times, for drifts of the same sign.
 void fit_power(const std::vector<Series>& series, const std::vector<Drift>& drifts,
                const std::vector<std::size_t>& seen, WarmUpModel& model) {
-  // ln drift = ln w + q ln(t / t_ref), t_ref where w is known best: at the weighted mean.
+  // ln drift = ln w + q ln(t / t_ref); t_ref, at the weighted mean, is where w is determined best.
   double weights = 0, x_mean = 0, y_mean = 0, xx = 0, xy = 0;
   const auto each = [&](auto&& use) {
     for (const std::size_t i : seen) {
@@ -271,7 +271,7 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
   if (slow_taus.size() == seen.size()) {
     model.slow_time_constant = weighted(slow_taus);
     std::vector<Estimate> slow;
-    for (const std::size_t i : seen) {  // at the reference time, as the other drift
+    for (const std::size_t i : seen) {  // at the reference time, like the other drift
       const double power = std::pow(series[i].integration_time / model.reference_time, model.exponent.value);
       slow.push_back({drifts[i].slow_drift.value / power, drifts[i].slow_drift.sd / power});
     }
@@ -286,7 +286,7 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
 
 namespace {
 
-/// A time in another unit gives a time constant that no camera has.
+/// Adds a note if the time constant is implausible, which indicates a wrong unit of the time.
 void note_time_constant(const WarmUpModel& model, std::vector<std::string>& notes) {
   constexpr double shortest = 60, longest = 7200;  // s
   if (!std::isfinite(model.time_constant.value)) return;
@@ -298,7 +298,7 @@ void note_time_constant(const WarmUpModel& model, std::vector<std::string>& note
                   format_quantity(model.time_constant.value, "s")));
 }
 
-/// The drifts that were seen, inner parts of the time left out and predicted.
+/// Held-out errors of the significant drifts: inner parts of the time are predicted from the rest.
 std::optional<HeldOutErrors> judged(const std::vector<Drift>& drifts) {
   std::vector<double> before, after;
   for (const Drift& d : drifts) {

@@ -12,16 +12,16 @@
 
 namespace tofgraph::calibration {
 
-inline constexpr double usual_time_constant = 720;  ///< s; 5 to 20 min are reported of ToF cameras
+inline constexpr double usual_time_constant = 720;  ///< s; 5 to 20 min are reported for ToF cameras
 inline constexpr std::array usual_time_constants = {300.0, 600.0, 900.0, 1200.0};  ///< s
 inline constexpr double usual_settling_time = 3600;                                ///< s, section 3.2 of the reference
 inline constexpr std::array tolerances = {10e-3, 5e-3, 2e-3, 1e-3};  ///< m, of the table of settling times
 
-/// RMSE (3.1) of one frame in which every pixel has the same offset correction, and its parts:
+/// RMSE (3.1) of one frame in which every pixel has the same offset correction, and its contributions:
 /// rmse^2 = bias^2 + noise^2 + pattern^2.
 struct FrameError {
   double rmse = unknown, bias = unknown;  ///< m
-  double noise = unknown;                 ///< m, of a pixel in one frame; NaN: not known, not in the RMSE
+  double noise = unknown;                 ///< m, of a pixel in one frame; NaN: unknown, not included in the RMSE
   double pattern = unknown;               ///< m, fixed differences between pixels
 };
 
@@ -29,22 +29,22 @@ struct FrameError {
 struct Series {
   std::size_t target = 0;
   double distance = 0, integration_time = 0;  ///< m, s
-  std::vector<const Board*> points;           ///< rising time since power-on
-  std::vector<double> window_means;           ///< m, measured distance in the reported window; NaN: no pixel of it
-  double corrected_at = unknown;              ///< s since power-on, of the point whose offset corrects all
+  std::vector<const Board*> points;           ///< in ascending order of time since power-on
+  std::vector<double> window_means;           ///< m, measured distance in the reported window; NaN: no pixel in it
+  double corrected_at = unknown;              ///< s since power-on, of the point whose offset correction is used
   std::vector<FrameError> errors;             ///< per point
 
   double time(std::size_t i) const { return points[i]->condition.time_since_power_on; }
   double span() const { return time(points.size() - 1) - time(0); }  ///< s
-  /// Mean and standard deviation over the time (table 3.1), of the reported window: integrals by the trapezoidal rule,
-  /// so that points that are dense at the start count for no more time than they cover.
+  /// Mean and standard deviation over time (table 3.1) in the reported window: integrals by the trapezoidal rule, so
+  /// that dense points at the start are weighted by the time they cover.
   Moments window_moments() const;
 };
-/// Errors of a series whose offset is corrected by that of the points about one time.
+/// Sets the errors of a series whose offset is corrected with that of the point nearest to a time.
 /// @param corrected_at s; beyond the series: its nearest end
 void set_frame_errors(double corrected_at, Series& series);
 
-/// A value with its standard deviation.
+/// Value with its standard deviation.
 struct Estimate {
   double value = unknown, sd = unknown;
 };
@@ -53,43 +53,43 @@ struct Estimate {
 /// the half path, times in s.
 struct Drift {
   Estimate start, drift, time_constant;
-  Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is enough
+  Estimate slow_drift, slow_time_constant;  ///< unknown: one time constant is sufficient
   Estimate droop;                           ///< loss of light: a(t) = a(0) (1 - droop (1 - e^(-t / time_constant)))
-  double scatter = unknown;                 ///< m, root mean square of what the fit leaves
-  double redundancy = 1;                    ///< points that say as much as one independent one
+  double scatter = unknown;                 ///< m, root mean square of the residual
+  double redundancy = 1;                    ///< number of points with the information of one independent point
   bool seen = false;                        ///< the drift is significant
-  double upper_limit = unknown;             ///< m, 95 %, of a drift that is not seen, with a usual time constant
+  double upper_limit = unknown;             ///< m, 95 %, of an insignificant drift, with a usual time constant
   Interval held_out_before,
-      held_out_after;  ///< m, inner fifths of the time left out and predicted: a constant, the fit
+      held_out_after;  ///< m, inner fifths of the time held out: by a constant, by the fit
 
   double at(double time) const;
   bool has_slow() const { return slow_drift.value == slow_drift.value; }
 };
 
-/// @param slow_too whether a second time constant may be tried
+/// @param slow_too allows a second time constant
 Drift fit_drift(const std::vector<double>& times, const std::vector<double>& distances, bool slow_too = true);
-/// The light's droop at the drift's time constant.
+/// Droop of the light, with the time constant of the drift.
 Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
-/// Recording time, at the same pace and noise, that determines the time constant to a tenth; s.
+/// Recording time, at the same frame interval and noise, that determines the time constant to 10 %; s.
 double sufficient_span(const Drift& drift, double interval);
-/// From when on the fit stays within a tolerance of the distance that it comes to; s. @param end s, of the recording
+/// Time after which the fit stays within a tolerance of its final distance; s. @param end s, of the recording
 double settled_after(const Drift& drift, double tolerance, double end);
 
-/// All series as one effect: drift (t_int / reference_time)^exponent, one time constant.
+/// Common model of all series: drift (t_int / reference_time)^exponent, one time constant.
 struct WarmUpModel {
   Estimate drift, time_constant, exponent, slow_drift, slow_time_constant, droop;
   double reference_time = unknown;  ///< s
-  double misfit = 0;                ///< m, the largest difference of a series' drift to it
+  double misfit = 0;                ///< m, largest deviation of a series' drift from it
   std::vector<std::string> notes;
 };
 WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>& drifts);
 
-/// The boards of a campaign by series. Long recordings are split: each point is a few frames.
+/// Boards of a campaign by series. Long recordings are split into points of a few frames.
 struct WarmUpData {
   Campaign campaign;
   std::vector<Series> series;
 };
-/// @throws config::ConfigurationError with every mistake: a condition whose time since power-on nobody knows
+/// @throws config::ConfigurationError with all errors, e.g. a condition with unknown time since power-on
 WarmUpData read_warm_up(const Request& request);
 
 report::Page warm_up_report(const WarmUpData& data, const std::vector<Drift>& drifts, const WarmUpModel& model,

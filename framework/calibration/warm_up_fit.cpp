@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Exponentials by variable projection: for each time constant the lengths follow from linear least squares.
+// Exponentials by variable projection: for given time constants the amplitudes follow from linear least squares.
 #include "calibration/warm_up.hpp"
 
 #include <Eigen/Dense>
@@ -20,12 +20,12 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr double slow_ratio = 3;      ///< ratio of two time constants: closer ones cannot be told apart
+constexpr double slow_ratio = 3;      ///< ratio of two time constants: closer ones cannot be distinguished
 constexpr double min_bic_gain = 10;   ///< for a second time constant: very strong evidence (Kass and Raftery 1995)
-constexpr double max_spans = 5;       ///< relative to the recording: slower drift is a straight line in it
-constexpr double false_alarm = 2e-4;  ///< probability of a drift of one given time constant in mere noise
-constexpr double min_spacings = 0.2;  ///< closest points: a faster drift is down to 1 % at the second one
-constexpr std::size_t grid = 60;      ///< time constants that are tried first, in equal ratios
+constexpr double max_spans = 5;       ///< relative to the recording: slower drift is linear within it
+constexpr double false_alarm = 2e-4;  ///< probability of detecting a drift of a given time constant in pure noise
+constexpr double min_spacings = 0.2;  ///< relative to the closest points: faster drift decays to 1 % within one
+constexpr std::size_t grid = 60;      ///< number of time constants tried first, in geometric progression
 
 double warm(double time, double tau) { return -std::expm1(-time / tau); }
 
@@ -38,7 +38,7 @@ Matrix columns_of(const Vector& t, const std::vector<double>& taus) {
   return a;
 }
 
-/// Sum of squares that remains with these time constants.
+/// Residual sum of squares with these time constants.
 double remaining_squares(const Vector& t, const Vector& y, const std::vector<double>& taus) {
   const Matrix a = columns_of(t, taus);
   return (y - a * a.colPivHouseholderQr().solve(y)).squaredNorm();
@@ -102,7 +102,7 @@ double bic(double squares, std::size_t points, std::size_t parameters) {
 }
 
 /// Number of points that carry as much information as one independent point: 1 + 2 sum of the autocorrelations of the
-/// residual, up to the first that is lost in the noise (Sokal 1997).
+/// residual, up to the first that is not significant (Sokal 1997).
 double points_per_independent(const Vector& residual) {
   const Eigen::Index n = residual.size();
   const double square = residual.squaredNorm(), lost = 1 / std::sqrt(static_cast<double>(n));
@@ -115,7 +115,7 @@ double points_per_independent(const Vector& residual) {
   return sum;
 }
 
-/// Jacobian of the model to start, drifts and time constants; x has the amplitudes.
+/// Jacobian of the model with respect to start, drifts and time constants; x contains the amplitudes.
 Matrix jacobian_of(const Vector& t, const std::vector<double>& taus, const Vector& x) {
   const Matrix a = columns_of(t, taus);
   Matrix jacobian(t.size(), static_cast<Eigen::Index>(1 + 2 * taus.size()));
@@ -128,8 +128,8 @@ Matrix jacobian_of(const Vector& t, const std::vector<double>& taus, const Vecto
   return jacobian;
 }
 
-/// Standard deviations of the parameters, widened to Student's distribution, so that 1.96 of them hold 95 %; infinite
-/// where the data do not determine a parameter.
+/// Standard deviations of the parameters, scaled by Student's t distribution such that +-1.96 of them cover 95 %;
+/// infinite if the data do not determine a parameter.
 Vector standard_deviations(const Matrix& jacobian, double variance, double freedom) {
   const double student = boost::math::quantile(boost::math::students_t(std::max(freedom, 1.0)), 0.975) / 1.96;
   const Vector scale = jacobian.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
@@ -143,7 +143,7 @@ Vector standard_deviations(const Matrix& jacobian, double variance, double freed
   return student * (inverse.diagonal() * variance).cwiseSqrt().cwiseQuotient(scale);
 }
 
-/// Largest drift that the data allow at 95 % for time constants that cameras have.
+/// Upper 95 % limit of the drift for typical time constants of cameras.
 double upper_limit_of(const Vector& t, const Vector& y, double redundancy) {
   constexpr double one_sided = 1.645;
   double limit = 0;
@@ -185,7 +185,7 @@ Vector as_vector(const std::vector<double>& values) {
   return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-/// The inner fifths of the points, each predicted from the others.
+/// Holds out the inner fifths of the points, each predicted from the others.
 void hold_out(const Vector& t, const Vector& y, bool slow, Drift& drift) {
   constexpr Eigen::Index parts = 5, few = 15;
   if (t.size() < few) return;
@@ -243,7 +243,7 @@ Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& 
 }
 
 double sufficient_span(const Drift& drift, double interval) {
-  constexpr double wanted = 0.1, longer = 1.1;  // of the time constant
+  constexpr double wanted = 0.1, longer = 1.1;  // relative to the time constant
   const double tau = drift.time_constant.value, w = drift.drift.value;
   double span = tau;
   for (int step = 0; step < 80; ++step, span *= longer) {

@@ -18,7 +18,7 @@ namespace {
 using Row = std::vector<std::string>;
 using config::format_quantity;
 
-/// With as many digits as its uncertainty has.
+/// Text with the number of digits justified by the uncertainty.
 std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
   const int leading = physics::to_integer(std::floor(std::log10(std::max(e.sd * scale, 1e-9))), 0);
@@ -62,7 +62,7 @@ class WarmUpReport {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
       report::Curve measured{.name = "measured", .points = true}, fit{.name = "fitted"};
-      std::vector<double> shifts;  // of the window to the mean of all pixels
+      std::vector<double> shifts;  // from the mean of all pixels to the window
       for (std::size_t k = 0; k < s.points.size(); ++k) {
         if (!std::isfinite(s.window_means[k])) continue;
         measured.x.push_back(s.time(k) / 60);

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::uint64_t max_points = 400;  ///< limit per recording: more add no information on a drift over minutes
 
-/// The time since power-on of a frame: what the condition says of its first one and what passed since, or the frame's
-/// own.
+/// Time since power-on of a frame: that of the condition for its first frame plus the elapsed time, or the frame's own
+/// value.
 double time_of(const io::Condition& c, const io::CaptureReader& capture, std::uint64_t first, std::uint64_t frame) {
   const tofgraph_metadata m = capture.metadata(frame), begin = capture.metadata(first);
   if (std::isnan(c.time_since_power_on)) return m.time_since_power_on;
@@ -29,7 +29,7 @@ double time_of(const io::Condition& c, const io::CaptureReader& capture, std::ui
          (std::isfinite(passed) ? passed : static_cast<double>(m.timestamp_ns - begin.timestamp_ns) * 1e-9);
 }
 
-/// A recording as points in time.
+/// Splits a recording into points in time.
 class Splitter {
  public:
   explicit Splitter(std::vector<io::Condition>& points) : points_(points) {}
@@ -56,7 +56,7 @@ class Splitter {
                         "example: time_since_power_on: 60 s");
       return;
     }
-    // Frames of nearly one moment are one point.
+    // Frames within a short time are one point.
     constexpr double moment = 2;  // s
     const double span = time_of(condition, capture, first, last) - time_of(condition, capture, first, first);
     const std::uint64_t step = span <= moment ? count : at_once;
@@ -73,7 +73,7 @@ class Splitter {
   std::vector<io::Condition>& points_;
 };
 
-/// Mean over a window of the image, or over the four centre pixels, of those that are used. NaN: none is.
+/// Mean over a window of the image, or over the four centre pixels, of the pixels used. NaN: there are none.
 double window_mean(const tofgraph_camera& camera, const std::optional<io::Roi>& window, const MeanImages& images) {
   const std::uint32_t u = camera.width / 2, v = camera.height / 2;
   const io::Roi roi = window.value_or(io::Roi{u - 1, u, v - 1, v});
@@ -105,7 +105,7 @@ Moments Series::window_moments() const {
     if (std::isfinite(window_means[i])) known.push_back(i);
   }
   if (known.size() < 2) return moments_of(known.empty() ? std::vector<double>() : std::vector{window_means[known[0]]});
-  std::vector<double> weights;  // s, by the trapezoidal rule: half way to both neighbours
+  std::vector<double> weights;  // s, trapezoidal rule: half the distance between both neighbours
   for (std::size_t k = 0; k < known.size(); ++k)
     weights.push_back((time(known[std::min(k + 1, known.size() - 1)]) - time(known[k == 0 ? 0 : k - 1])) / 2);
   const double total = time(known.back()) - time(known.front());
@@ -133,7 +133,7 @@ void set_frame_errors(double corrected_at, Series& series) {
                  .pattern = std::sqrt(std::max(b->rmse * b->rmse - own * own, 0.0))};
     if (std::isfinite(b->noise)) {
       e.noise = b->noise;
-      // The noise that averaging left is in the spread over the pixels.
+      // The spread over the pixels includes the noise that remains after averaging.
       e.pattern =
           std::sqrt(std::max(e.pattern * e.pattern - b->noise * b->noise / static_cast<double>(b->frames), 0.0));
     }
@@ -176,7 +176,7 @@ WarmUpData read_warm_up(const Request& request) {
   } catch (const std::invalid_argument& problem) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", request.campaign.string(), problem.what()));
   }
-  // The boards are those that were visited, in the order of the conditions.
+  // The boards are those visited, in the order of the conditions.
   auto mean = window_means.begin();
   std::map<std::tuple<std::size_t, double, double>, std::vector<std::pair<const Board*, double>>> series;
   for (const Board& b : data.campaign.boards.boards) {

@@ -34,15 +34,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Requests are limits beyond which the engine ends a task, so they are several times what is expected.
+// The engine ends tasks that exceed their request, so requests are several times the expected cost.
 constexpr double time_margin = 4, memory_margin = 2;
-constexpr double shard_seconds = 600;                    // wanted of one task of reduce
-constexpr double min_task_seconds = 600;                 // requested of any task
-constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, likewise
+constexpr double shard_seconds = 600;                    // target for one task of reduce
+constexpr double min_task_seconds = 600;                 // requested by every task
+constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, requested by every task
 // Cost of one condition in diagnose: docs/large_campaigns.md.
 constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
 
-/// A child's exit code, with what it took. @param log receives its output
+/// Returns a child's exit code and its resource usage. @param log receives its output
 std::pair<int, rusage> run_child(const std::vector<std::string>& words, const fs::path& log) {
   std::vector<char*> arguments;
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -107,19 +107,19 @@ Plan plan_of(const BatchArguments& arguments, const fs::path& out) {
   return plan;
 }
 
-/// Assignments that say which results belong to the job: outputs of others must not count as done.
+/// Assignments that identify the results of this job: outputs of other jobs must not count as done.
 std::string identity_text(const BatchArguments& a, const Plan& plan) {
   return fmt::format("CAMPAIGN_SHA256={}\nMODEL_SHA256={}\nSHARDS={}\nCASES={}\nCASE_SHARDS={}\n",
                      io::sha256_of_file(a.campaign), io::sha256_of_file(a.model), plan.shards, a.confidence,
                      a.confidence);
 }
 
-/// Assignments that all scripts read.
+/// Assignments read by all scripts.
 std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path& out) {
   const auto path = [](const fs::path& file) { return in_shell(fs::absolute(file).lexically_normal().string()); };
   const double a_shard = plan.cost.seconds * plan.bytes / plan.cost.bytes / static_cast<double>(plan.shards);
   const auto conditions = static_cast<double>(plan.conditions);
-  // One condition was measured, and each thread has one.
+  // The measured memory is that of one condition, and each thread processes one.
   const double at_once = std::min<double>(a.threads, std::ceil(conditions / static_cast<double>(plan.shards)));
   std::string text =
       fmt::format("# {} of {:.3g} MB in all. Measured: {:.3g} s and {:.0f} MB of memory for a capture of {:.3g} MB.\n",
@@ -195,7 +195,7 @@ int make_job(const BatchArguments& arguments) {
                                  {"Snakefile", "Snakefile"},
                                  {"environment.sh", "environment.sh"},
                                  {"submit_" + arguments.engine + ".sh", "submit.sh"}}) {
-    if (to == "environment.sh" && fs::exists(out / to)) continue;  // the user's
+    if (to == "environment.sh" && fs::exists(out / to)) continue;  // the user's value
     io::write_file(out / to, text_of(templates / from));
   }
   io::write_file(out / "plan.sh", plan_text(arguments, plan, out));

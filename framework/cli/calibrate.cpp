@@ -9,7 +9,7 @@
 namespace tofgraph::cli {
 namespace {
 
-/// Options that some kinds of calibration have.
+/// Options that only some kinds of calibration have.
 void add_options_of_kinds(CLI::App& command, CalibrateArguments& arguments) {
   command
       .add_option("--variant", arguments.variant,

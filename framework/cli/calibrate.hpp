@@ -12,7 +12,7 @@ struct CalibrateArguments {
   std::string what, campaign, out;
   std::string variant, range, accuracy, roi, corrected_at;  ///< as written; empty: not given
   std::vector<std::string> free, without;
-  unsigned threads = 0;  ///< 0: one a core
+  unsigned threads = 0;  ///< 0: one per core
   bool force = false, quiet = false;
 };
 

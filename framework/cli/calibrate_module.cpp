@@ -40,7 +40,7 @@ void check_outputs(const CalibrateArguments& arguments, const calibration::Kind&
   }
 }
 
-/// Options that another kind has.
+/// Rejects options that belong to another kind of calibration.
 void check_options(const CalibrateArguments& arguments, const calibration::Kind& kind) {
   const auto has = [](const calibration::Kind& k, const std::string& option) {
     const std::string words = fmt::format(" {} ", k.options);
@@ -63,7 +63,7 @@ void check_options(const CalibrateArguments& arguments, const calibration::Kind&
   }
 }
 
-/// A positive quantity of this SI unit.
+/// Parses a positive quantity with this SI unit.
 double quantity_of(const std::string& option, const std::string& text, const char* unit, const char* example) {
   const config::Quantity quantity = config::parse_quantity(text, unit);
   if (!quantity.ok()) refuse(option, fmt::format("'{}': {}, e.g. {}", text, quantity.problem, example));

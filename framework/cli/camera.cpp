@@ -27,7 +27,7 @@ struct CameraArguments {
 
 [[noreturn]] void refuse(const std::string& problem) { throw config::ConfigurationError(problem); }
 
-/// The folder of a name or path that is there.
+/// Folder of an existing name or path.
 fs::path existing_folder(const std::string& name) {
   const fs::path folder = io::find_camera_folder(name, fs::current_path());
   if (!folder.empty()) return folder;
@@ -67,7 +67,7 @@ int new_camera(const CameraArguments& arguments, const Common& common) {
   return done;
 }
 
-/// "15degC..35degC", K. @throws config::ConfigurationError
+/// Parses "15degC..35degC", K. @throws config::ConfigurationError
 std::optional<std::array<double, 2>> temperature_range(const std::string& text) {
   if (text.empty()) return std::nullopt;
   const std::size_t dots = text.find("..");

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether the captures of a campaign are what its conditions say.
+// Checks that the captures of a campaign agree with the descriptions of its conditions.
 #include "cli/campaign.hpp"
 #include "io/captures/campaign_captures.hpp"
 

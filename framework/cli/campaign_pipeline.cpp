@@ -31,7 +31,7 @@ void set_parameter(graph::NodeSpec& node, const std::string& key, config::Value 
   node.parameters.push_back({key, at, std::move(value)});
 }
 
-/// Path of an output below a condition's folder: as written, without parts that leave the pipeline's folder.
+/// Path of an output below a condition's folder: as written, without parts that lead out of the pipeline's folder.
 fs::path below(const fs::path& folder, const fs::path& written) {
   if (written.is_absolute()) return folder / written.filename();
   fs::path kept;
@@ -59,7 +59,7 @@ CampaignPipeline::CampaignPipeline(graph::PipelineSpec pipeline, fs::path out,
   source_ = static_cast<std::size_t>(reader - pipeline_.nodes.begin());
 }
 
-/// The keys of a stage's parameters that name files to write.
+/// Keys of a stage's parameters that name output files.
 std::vector<std::string> CampaignPipeline::output_keys(const std::string& stage) const {
   const graph::PluginFile* file = registry_.find(stage);
   if (file == nullptr || !file->is_stage()) return {};  // reported by the graph

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A pipeline as it runs on one condition of a campaign: other inputs, other outputs, and a recorder.
+/// @file Adapts a pipeline to one condition of a campaign: other inputs and outputs, and a recorder.
 #pragma once
 
 #include "graph/graph.hpp"
@@ -18,19 +18,19 @@ std::string folder_name(const std::string& id);
 
 class CampaignPipeline {
  public:
-  /// @param pipeline as written @param out folder of all results @throws config::ConfigurationError without a source
-  /// that reads captures
+  /// @param pipeline as written @param out folder of all results
+  /// @throws config::ConfigurationError if there is no source that reads captures
   CampaignPipeline(graph::PipelineSpec pipeline, std::filesystem::path out,
                    const std::vector<std::filesystem::path>& plugin_folders);
 
-  /// The pipeline on one condition: its capture and frames are read, what is written goes below its folder.
+  /// Pipeline for one condition: reads its capture and frames, writes below its folder.
   graph::PipelineSpec of(const io::Condition& condition) const;
 
-  /// Adds a recorder behind the last node that gives images of lengths. @returns whether there is such a node
+  /// Adds a recorder behind the last node that outputs length images. @returns whether there is such a node
   bool add_recorder(const graph::Graph& graph);
 
  private:
-  /// A node whose frames can be recorded and measured, and the channels to record.
+  /// Node whose frames can be recorded and measured, and the channels to record.
   struct Recordable {
     std::string node;
     std::vector<std::string> channels;

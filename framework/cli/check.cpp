@@ -16,7 +16,7 @@
 namespace tofgraph::cli {
 namespace {
 
-/// Warns of a camera's properties that a simulation or search misses; pipelines do not need them.
+/// Warns of missing camera properties that a simulation or search uses; pipelines do not need them.
 void warn_of_camera(const io::Camera& camera, const char* who, const std::vector<simulation::Need>& missing,
                     const config::Position& at, config::Diagnostics& diagnostics) {
   if (missing.empty()) return;
@@ -44,7 +44,7 @@ std::string check_model(const config::Value& document, config::Diagnostics& diag
   const simulation::Model model =
       simulation::read_model(document, graph::PluginRegistry(common.plugin_folders), diagnostics);
   const std::size_t effects = model.effects.size();
-  // Where its camera is known its effects are made, so that maps of the wrong size are told.
+  // If the camera is known, its effects are created to detect maps of the wrong size.
   const config::Entry* camera = document.find("camera");
   if (diagnostics.ok() && camera != nullptr && !io::find_profile(camera->value.text, {}).empty()) {
     const io::CameraPtr profile = io::find_camera(camera->value, diagnostics);
@@ -55,7 +55,7 @@ std::string check_model(const config::Value& document, config::Diagnostics& diag
 
 std::string check_scene(const config::Value& document, config::Diagnostics& diagnostics, const Common& common) {
   const simulation::SceneFile scene = simulation::read_scene(document, diagnostics);
-  config::Diagnostics of_model;  // of its own, so that a mistake in the scene hides none in the model
+  config::Diagnostics of_model;  // separate, so that an error in the scene does not hide one in the model
   const simulation::Model model =
       simulation::model_of_scene(scene.model, graph::PluginRegistry(common.plugin_folders), of_model);
   if (scene.camera) simulation::make_effects(model, scene.camera->view(), of_model);
@@ -81,7 +81,7 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   return "the campaign is valid, " + config::counted(conditions, "condition");
 }
 
-/// Check of a kind of file; gives the message for a valid one.
+/// Check of one kind of file; returns the message for a valid one.
 struct Kind {
   std::string_view key;
   std::string (*check)(const config::Value& document, config::Diagnostics& diagnostics, const Common& common);
@@ -90,7 +90,7 @@ struct Kind {
 constexpr Kind kinds[] = {
     {"profile", check_profile}, {"scene", check_scene}, {"model", check_model}, {"campaign", check_campaign}};
 
-/// Checks a file by the kind that its first key names.
+/// Checks a file according to the kind given by its first key.
 int check(const PipelineArguments& arguments, bool force, const Common& common) {
   const config::Value document = arguments.document();
   for (const Kind& kind : kinds) {

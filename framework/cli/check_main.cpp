@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // tofgraph-check FILE CHECK SEED [PARAMETER=VALUE]...: runs one check on one plugin in the working folder, which is
-// empty, and writes what it found as a line of JSON. If the plugin crashes or loops, only this dies. tofgraph-check
-// alone: the table of checks.
+// initially empty, and writes the result as a line of JSON. If the plugin crashes or loops, only this process is
+// affected. tofgraph-check without arguments: prints the table of checks.
 #include "config/json_text.hpp"
 #include "conformance/check.hpp"
 #include "graph/running_call.hpp"
@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
     write_line(out, table());
     _exit(0);
   }
-  dup2(STDERR_FILENO, STDOUT_FILENO);  // what a plugin prints is not data
+  dup2(STDERR_FILENO, STDOUT_FILENO);  // output of plugins must not mix with the result
   const auto all = conformance::checks();
   const auto check = std::ranges::find(all, std::string_view(argc > 3 ? argv[2] : ""), &conformance::Check::name);
   if (check == all.end()) _exit(2);
@@ -69,5 +69,5 @@ int main(int argc, char** argv) {
   write_line(
       out,
       outcome_of(*check, {argv[1], std::stoull(argv[3]), {argv + 4, argv + argc}, std::filesystem::current_path()}));
-  _exit(0);  // destructors of plugins are not our business
+  _exit(0);  // skips the destructors of plugins, which are not checked
 }

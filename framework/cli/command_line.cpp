@@ -20,7 +20,7 @@ class Help : public CLI::Formatter {
                        option->get_required() && !option->get_positional() ? " (required)" : "");
   }
 
-  /// Behind those of a command stand the options of all commands.
+  /// The options of a command are followed by those of all commands.
   std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const override {
     const CLI::App* all = app;
     while (all->get_parent() != nullptr) all = all->get_parent();
@@ -46,7 +46,7 @@ std::string guess(const std::string& word, const std::vector<std::string>& known
   return near.empty() ? "" : fmt::format(", did you mean '{}'?", near);
 }
 
-/// The first example of the chosen command's help, or of the program's.
+/// First example in the help of the chosen command, or of the program.
 std::string example_of(const CLI::App& app) {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
   const std::string footer = (chosen.empty() ? app : *chosen.front()).get_footer();
@@ -55,7 +55,7 @@ std::string example_of(const CLI::App& app) {
   return "\n         example: " + footer.substr(start, footer.find('\n', start) - start);
 }
 
-/// The text without its ending, where it has that; otherwise nothing.
+/// Text without its ending if it has that ending, else nothing.
 std::string before(const std::string& text, std::string_view ending) {
   return text.ends_with(ending) ? text.substr(0, text.size() - ending.size()) : "";
 }

@@ -14,18 +14,18 @@
 
 namespace tofgraph::cli {
 
-/// Help in words: each option's value as its option_text() names it (N, FILE), and with a command's options those of
+/// Help text: each option's value is named by its option_text() (N, FILE); a command's options are followed by those of
 /// all commands.
 std::shared_ptr<CLI::FormatterBase> help_in_words();
 
-/// Message on the first unknown word, with the nearest known one; empty: all words are known.
+/// Message about the first unknown word, with the nearest known one; empty if all words are known.
 std::string unknown_word(const CLI::App& app);
 
-/// Message on an error of the command line, with an example of the command.
+/// Message about a command-line error, with an example of the command.
 std::string usage_problem(const CLI::App& app, const CLI::ParseError& error);
 
-/// An older spelling of an option, which works and is not shown. @param option the new one; of options that have one
-/// value both at once are refused, of lists they add up
+/// Adds an older spelling of an option, which still works but is not shown. @param option the new one; if it takes one
+/// value, using both is an error; if it takes a list, the values are joined
 template <class T> CLI::Option* add_old_spelling(CLI::App& command, CLI::Option* option, const char* old, T& value) {
   if constexpr (std::is_same_v<T, bool>)
     return command.add_flag(old, value)->group("")->excludes(option);
@@ -37,7 +37,7 @@ template <class T> CLI::Option* add_old_spelling(CLI::App& command, CLI::Option*
     return command.add_option(old, value)->group("")->excludes(option);
 }
 
-/// Checks of an option's value, with the reason in words.
+/// Checks of an option's value; each returns the reason for a rejection.
 CLI::Validator whole_number(std::int64_t minimum, std::int64_t maximum = std::numeric_limits<std::int64_t>::max());
 CLI::Validator one_of(std::vector<std::string> words);
 

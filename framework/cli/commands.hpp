@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The commands: each adds itself to the command line and gives back its exit code.
+/// @file The commands: each adds itself to the command line and stores its exit code.
 #pragma once
 
 #include "config/log.hpp"
@@ -26,8 +26,8 @@ struct Common {
   bool quiet = false;
   bool verbose = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
-  std::function<int()> command;                    ///< the one that was chosen
+  std::vector<std::filesystem::path> plugin_path;  ///< from --plugin-path
+  std::function<int()> command;                    ///< of the chosen command
 };
 
 void add_run(CLI::App& app, Common& common);
@@ -59,31 +59,31 @@ void add_manual(CLI::App& app, Common& common);
 /// Adds `--shard I/N`.
 void add_shard(CLI::App& command, std::string& shard);
 
-/// Options of all commands that take a pipeline.
+/// Options of all commands that read a pipeline.
 struct PipelineArguments {
   std::string pipeline;
   std::string camera;
   std::vector<std::string> settings;
-  bool other_serial = false;  ///< calibrations of another device are used, with a warning
+  bool other_serial = false;  ///< accepts calibrations of another device, with a warning
 
   void add_to(CLI::App& command);
-  /// The document of a file, or of the one-line form. @throws config::ConfigurationError
+  /// Document of a file or of the one-line form. @throws config::ConfigurationError
   config::Value document() const;
 };
 
-/// Runs a command that lives in a module of its own, which brings what it needs (HDF5, Embree, OpenCV, Ceres).
-/// @param arguments what the module expects, see its header in cli/
+/// Runs a command implemented in a module of its own, which links to further libraries (HDF5, Embree, OpenCV, Ceres).
+/// @param arguments expected by the module, see its header in cli/
 /// @returns the exit code
 int run_module(const std::string& name, const void* arguments);
 
-/// For the program under the name tofgraph-mpi: makes this process a rank of an MPI job.
-/// @returns true if that is its name @throws std::runtime_error when the library that knows MPI is not installed
+/// Makes this process a rank of an MPI job if the program was started as tofgraph-mpi.
+/// @returns whether it was @throws std::runtime_error if the MPI library is not installed
 bool join_ranks(const char* program_name);
 
-/// Says which plugins cannot be reached, as others of their name stand before them. @param name of one; empty: of all
+/// Reports plugins that are hidden by others of the same name. @param name of one; empty: all
 void warn_shadowed(const graph::PluginRegistry& registry, const Common& common, const std::string& name = "");
 
-/// Builds the graph; warnings are printed. @throws config::ConfigurationError with every mistake
+/// Builds the graph and prints warnings. @throws config::ConfigurationError listing all errors
 std::unique_ptr<graph::Graph> build(const config::Value& document, const PipelineArguments& arguments,
                                     const Common& common, bool overwrite);
 

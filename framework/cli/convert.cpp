@@ -21,7 +21,7 @@ config::Value reading_pipeline(const ReadingArguments& a, const std::string& out
   const auto set = [&text](const char* key, const std::string& value) {
     if (!value.empty()) text += fmt::format("    {}: {}\n", key, config::yaml_word(value));
   };
-  const auto set_plain = [&text](const char* key, const std::string& value) {  // a list, a number with its unit
+  const auto set_plain = [&text](const char* key, const std::string& value) {  // a list, or a number with its unit
     if (!value.empty()) text += fmt::format("    {}: {}\n", key, value);
   };
   if (a.files.size() > 1) {
@@ -75,7 +75,7 @@ struct ConvertArguments {
   bool inspect = false;
 };
 
-/// A camera file of another program as a profile.
+/// Converts another program's camera file to a profile.
 int convert_camera(const ConvertArguments& arguments, const Common& common) {
   if (arguments.reading.files.size() != 1)
     throw config::ConfigurationError(

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Options with which files of other programs are read, and the request of `tofgraph convert --inspect`, whose
-/// work is in convert_module.cpp.
+/// @file Options for reading files of other programs, and the request of `tofgraph convert --inspect`, implemented in
+/// convert_module.cpp.
 #pragma once
 
 #include "cli/run.hpp"
@@ -23,11 +23,11 @@ struct ReadingArguments {
   std::vector<std::string> files;
   std::string layout, as, unit, axes, invalid, integration_time, modulation_frequency, frame_rate;
 
-  /// Adds all options but those of the files.
+  /// Adds all options except the files.
   void add_to(CLI::App& command);
 };
 
-/// The pipeline file_reader ! capture_writer with what was stated. @param out path of the capture
+/// Builds the pipeline file_reader ! capture_writer with the given options. @param out path of the capture
 config::Value reading_pipeline(const ReadingArguments& arguments, const std::string& out);
 
 }  // namespace tofgraph::cli

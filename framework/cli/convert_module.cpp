@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What is inside a file of another program, and a layout to start from.
+// Lists the content of another program's file and suggests a layout.
 #include "cli/convert.hpp"
 #include "config/diagnostics.hpp"
 #include "config/log.hpp"
@@ -18,7 +18,7 @@ namespace {
 
 using namespace foreign;
 
-/// A channel that the values may be, by the name of the array.
+/// Guesses the channel of an array from its name.
 std::string likely_channel(const FileArray& array) {
   std::string name = array.name;
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -84,7 +84,7 @@ int inspect(const InspectFileArguments& arguments) {
         for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i);
         if (!file.profile().empty()) fmt::print("  with a camera profile\n");
         if (arguments.files.size() == 1) print_layout(file);
-        if (pattern.find_first_of("*?") != std::string::npos) break;  // of a series the first
+        if (pattern.find_first_of("*?") != std::string::npos) break;  // the first of a series
       }
     }
   } catch (const ForeignError& error) {

@@ -33,7 +33,7 @@ std::string bounds(const json& parameter) {
   return fmt::format(", {} to {}", shown(low), shown(high));
 }
 
-/// Value of an effect's parameter that changes nothing, and a typical size.
+/// Value at which an effect's parameter has no effect, and a typical size.
 std::string typical(const json& p) {
   const auto shown = [&](const char* key) { return config::format_quantity(p[key].get<double>(), text_of(p, "unit")); };
   std::string text;
@@ -95,7 +95,7 @@ void print(const json& plugin) {
   for (const json& parameter : plugin["parameters"]) print_parameter(parameter);
 }
 
-/// Distance at which all frequencies repeat together, m; null if they do not, or if a frequency is unknown.
+/// Distance at which all frequencies repeat together, m; null if they do not or if a frequency is unknown.
 json unambiguous_range_of(const physics::Exposures& exposures, double own) {
   const std::vector<double> frequencies = physics::frequencies_of(exposures, own);
   if (std::ranges::any_of(frequencies, [](double f) { return !(f > 0); })) return nullptr;
@@ -103,7 +103,7 @@ json unambiguous_range_of(const physics::Exposures& exposures, double own) {
   return common > 0 ? json(physics::unambiguous_range(common)) : json(nullptr);
 }
 
-/// A camera profile as it is written, each key with where its value is from.
+/// Prints a camera profile as a file, each key with the origin of its value.
 json profile(const std::filesystem::path& file) {
   const auto camera = io::load_profile(file);
   json values = json::array();

@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 
 namespace {
 
-/// Adds options on resources and on replaced outputs.
+/// Adds the options for resources and for replacing outputs.
 void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
   add_shard(command, arguments.shard);
   command.add_option("--threads", arguments.threads, "Threads; default: one per core")

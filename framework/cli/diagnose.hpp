@@ -13,16 +13,16 @@ namespace tofgraph::cli {
 struct DiagnoseArguments {
   std::string model, data, out;
   std::string time_limit;  ///< "": none
-  std::string shard;       ///< of the cases of --confidence; "": all
+  std::string shard;       ///< of the --confidence cases; "": all
   std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
   std::size_t confidence = 0;  ///< injected cases
-  std::size_t resample = 0;    ///< random halves
+  std::size_t resample = 0;    ///< number of random halves
   std::uint64_t seed = 1;
-  unsigned threads = 0;  ///< 0: one a core
+  unsigned threads = 0;  ///< 0: one per core
   bool skip_missing = false, other_serial = false, force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
-  std::vector<std::filesystem::path> plugin_path;  ///< those of --plugin-path
+  std::vector<std::filesystem::path> plugin_path;  ///< from --plugin-path
 };
 
 }  // namespace tofgraph::cli

@@ -41,7 +41,7 @@ void check_outputs(const DiagnoseArguments& arguments) {
   }
 }
 
-/// The outputs that are there: those of a search before that this one has not are removed.
+/// Existing output files; stale ones of an earlier search were removed by write_outputs().
 std::string written(const fs::path& out) {
   std::string text;
   for (const char* name : output_names) {
@@ -50,7 +50,7 @@ std::string written(const fs::path& out) {
   return text;
 }
 
-/// The command line that gives the same result.
+/// Command line that reproduces the result.
 std::string command_of(const DiagnoseArguments& a) {
   std::string text =
       fmt::format("tofgraph diagnose --model {} --data {} -o {}", in_shell(a.model), in_shell(a.data), in_shell(a.out));
@@ -68,7 +68,7 @@ std::string command_of(const DiagnoseArguments& a) {
   return text;
 }
 
-/// All or nothing of them, in place of what a search before left in the folder.
+/// Replaces the results of an earlier search in the folder, all or none of them.
 void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   io::OutputFiles files;
   const auto write_or_drop = [&](const char* name, const std::string& text) {
@@ -86,7 +86,7 @@ void write_outputs(const diagnosis::Diagnosis& result, const fs::path& out) {
   files.commit();
 }
 
-/// The shard of the cases, once it is known that its results can be written.
+/// Shard of the cases, after checking that its results can be written.
 config::Shard checked_shard(const DiagnoseArguments& arguments, const fs::path& cases) {
   const config::Shard shard = config::parse_shard(arguments.shard);
   if (!arguments.time_limit.empty() && (!shard.is_whole() || config::ranks().size() > 1))
@@ -113,7 +113,7 @@ void print_cases(const DiagnoseArguments& arguments, const diagnosis::Diagnosis&
 }
 
 int diagnose(const DiagnoseArguments& arguments) {
-  // A search makes and drops the same arrays over and over: giving them back to the system costs a fifth of the time.
+  // A search repeatedly allocates the same arrays; returning them to the system costs a fifth of the time.
   mallopt(M_MMAP_THRESHOLD, 1 << 28);
   mallopt(M_TRIM_THRESHOLD, 1 << 30);
   const fs::path cases = fs::path(arguments.out) / "cases";
@@ -148,7 +148,7 @@ int diagnose(const DiagnoseArguments& arguments) {
     throw config::ConfigurationError(fmt::format("{}: error: {}", arguments.data, error.what()));
   }
   bar.finish();
-  if (config::ranks().rank() != 0) return 0;  // the first one writes
+  if (config::ranks().rank() != 0) return 0;  // the first rank writes
   if (!shard.is_whole()) {
     print_cases(arguments, *result, cases);
     return 0;

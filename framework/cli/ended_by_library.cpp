@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Libraries that end the program. Some vendors' libraries call exit(0) when a device or a licence is missing, which
-// would look like success. The dynamic linker binds such a call of any library to the definitions here, because those
-// of the program come before those of the C library. The end of main() does not pass through them.
+// Handles libraries that end the program. Some vendors' libraries call exit(0) when a device or a licence is missing,
+// which would look like success. The dynamic linker binds such calls of any library to the definitions here, because
+// those of the program precede those of the C library. The end of main() does not use them.
 #include "cli/commands.hpp"
 
 #include <sys/syscall.h>
@@ -16,8 +16,8 @@ namespace {
 
 const pid_t program = getpid();
 
-/// Ends the program with a message and the code for a failure. A child process that has yet to become another program
-/// leaves as it asked to.
+/// Ends the program with a message and the exit code for a failure. A forked child that has not yet called exec exits
+/// with the requested code.
 [[noreturn]] void end(const char* call, int code) {
   const bool child = getpid() != program;
   if (!child) tofgraph::graph::tell_ending(call, code);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The request of `tofgraph evaluate`; the work is in evaluate_module.cpp.
+/// @file Request of `tofgraph evaluate`, implemented in evaluate_module.cpp.
 #pragma once
 
 #include <string>

@@ -26,9 +26,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t max_gaps = 10;  // that are listed
+constexpr std::size_t max_gaps = 10;  // maximum number listed
 
-/// The camera by the profile in the capture, else by that of the camera's name; null where there is none that can be
+/// Camera from the profile in the capture, else from the profile of the camera's name; null if neither can be
 /// read.
 io::CameraPtr camera_of(const io::CaptureHeader& header) {
   config::Diagnostics diagnostics;
@@ -42,7 +42,7 @@ io::CameraPtr camera_of(const io::CaptureHeader& header) {
   }
 }
 
-/// Exposures: those of the capture, else of the camera's profile, else the four.
+/// Exposures of the capture, else of the camera's profile, else the standard four.
 physics::Exposures exposures_of(const io::CaptureHeader& header, const io::CameraPtr& camera, std::string& from) {
   from = "the capture";
   if (!header.exposures.empty()) return header.exposures;
@@ -50,7 +50,7 @@ physics::Exposures exposures_of(const io::CaptureHeader& header, const io::Camer
   return camera ? physics::exposures_of(camera->view()) : physics::exposures_of(tofgraph_camera{});
 }
 
-/// Least and greatest of a number of the metadata, where every frame knows it.
+/// Minimum and maximum of a number in the metadata, if every frame has it.
 void add_range(json& settings, const io::CaptureReader& reader, std::uint64_t bit, const char* name,
                double tofgraph_metadata::*value) {
   const std::size_t last = reader.frames() - 1;

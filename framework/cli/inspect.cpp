@@ -14,9 +14,9 @@
 namespace tofgraph::cli {
 namespace {
 
-constexpr std::uint64_t max_frames = 32;  ///< of a file of another program
+constexpr std::uint64_t max_frames = 32;  ///< for a file of another program
 
-/// A folder of its own, as long as the object lives.
+/// Temporary folder that exists as long as the object.
 class ScratchFolder {
  public:
   ScratchFolder() {
@@ -38,7 +38,7 @@ class ScratchFolder {
   std::filesystem::path path_;
 };
 
-/// True for HDF5 files that begin with their signature: MATLAB's have a header before it.
+/// True for files that begin with the HDF5 signature; MATLAB files have a header before it.
 bool is_capture(const std::filesystem::path& file) {
   std::array<char, 4> head{};
   std::ifstream(file, std::ios::binary).read(head.data(), head.size());

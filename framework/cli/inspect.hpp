@@ -9,10 +9,10 @@
 namespace tofgraph::cli {
 
 struct InspectArguments {
-  std::filesystem::path capture;  ///< to be read: the recording, or what was converted from it
-  std::string name;               ///< of the recording, for messages
-  std::string camera;             ///< a profile by name or path; empty: that of the capture
-  std::filesystem::path out;      ///< the page; empty: none
+  std::filesystem::path capture;  ///< file to read: the recording, or the result of its conversion
+  std::string name;               ///< path of the recording, for messages
+  std::string camera;             ///< profile by name or path; empty: that of the capture
+  std::filesystem::path out;      ///< output page; empty: none
   bool json = false, force = false;
 };
 

@@ -14,7 +14,7 @@
 namespace tofgraph::cli {
 namespace {
 
-/// The camera that was named, else that of the capture's profile, else that of its name.
+/// Camera given by the user, else of the capture's profile, else of its name.
 io::CameraPtr camera_of(const InspectArguments& arguments, const io::CaptureHeader& header) {
   const auto load = [](const std::string& name) {
     const auto file = io::find_profile(name, ".");

@@ -23,7 +23,7 @@ namespace {
 
 using nlohmann::json;
 
-/// Plugins of some kinds.
+/// Plugins of the given kinds.
 json plugins(const Common& common, std::initializer_list<std::string_view> kinds) {
   const graph::PluginRegistry registry(common.plugin_folders);
   std::vector<graph::PluginFile> files;
@@ -57,7 +57,7 @@ json cameras() {
   return list;
 }
 
-/// Tables 1.1 and 1.2 of the reference for all profiles: one column a property.
+/// Tables 1.1 and 1.2 of the reference for all profiles: one column per property.
 void compare_cameras() {
   fmt::print("{:20} {:>10}  {:26} {:>14} {:>13} {:>12} {:>16} {:12}\n", "camera", "pixels", "sensor", "range", "view",
              "frames/s", "unambiguous", "interface");
@@ -68,7 +68,7 @@ void compare_cameras() {
     const auto camera = io::load_profile(io::find_profile(name, {}));
     const tofgraph_camera& c = camera->view();
     const io::DataSheet& sheet = camera->data_sheet;
-    const auto angle = [&](int axis, double pixels) {  // of the pinhole where the data sheet does not state it
+    const auto angle = [&](int axis, double pixels) {  // from the pinhole model if the data sheet does not state it
       const double stated = sheet.field_of_view[static_cast<std::size_t>(axis)];
       return (std::isfinite(stated) ? stated : 2 * std::atan(pixels / 2 / c.focal_px[axis])) * 180 / std::numbers::pi;
     };
@@ -85,7 +85,7 @@ void compare_cameras() {
   fmt::print("?: the profile does not state it. A view without a data sheet is that of its focal length.\n");
 }
 
-/// Files in the folders of plugins that no plugin is called like, one remark a folder.
+/// Warns of files in plugin folders that are not named like plugins, once per folder.
 void warn_unrecognised(const Common& common) {
   for (const auto& folder : common.plugin_folders) {
     std::vector<std::string> strays;

@@ -18,8 +18,8 @@
 namespace tofgraph::cli {
 namespace {
 
-/// The exit code of a command once all that it printed has arrived. What cannot be written is a failure, told where
-/// nothing else was.
+/// Returns the exit code of a command after flushing its output. A write error is a failure, reported unless the
+/// command itself failed.
 int with_output_written(int code) {
   errno = 0;
   const bool written = std::cout.flush().good() && std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
@@ -110,14 +110,14 @@ int run_program(int argc, char** argv) {
     common.plugin_folders = graph::plugin_path(common.plugin_folders, [&common](const std::string& problem) {
       if (!common.quiet) cli::print_message("warning: " + problem);
     });
-    common.quiet |= config::ranks().rank() != 0;  // rank 0 prints for all
+    common.quiet |= config::ranks().rank() != 0;  // rank 0 prints for all ranks
     if (config::ranks().size() > 1 && !app.got_subcommand("reduce") && !app.got_subcommand("diagnose"))
       throw config::ConfigurationError(
           "tofgraph: error: MPI divides the work of reduce and diagnose alone, every rank would do all of this command"
           "\n         start it without mpirun");
     return cli::with_output_written(common.command());
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help, version
+    if (error.get_exit_code() == 0) return cli::with_output_written(app.exit(error));  // help or version
     const std::string unknown = cli::unknown_word(app);
     cli::print_message(unknown.empty() ? cli::usage_problem(app, error) : unknown);
     return cli::wrong_usage;
@@ -142,7 +142,7 @@ int main(int argc, char** argv) {
     return cli::failed;
   }
   const int code = run_program(argc, argv);
-  if (code != cli::done) config::ranks().abort(code);  // others may wait for what this one will not send
+  if (code != cli::done) config::ranks().abort(code);  // other ranks may be waiting for messages from this one
   config::set_ranks(std::make_unique<config::Ranks>());
   return code;
 }

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Text as roff shows it.
+/// Escapes text for roff.
 std::string roff(std::string_view text) {
   std::string result;
   bool start = true;
@@ -71,7 +71,7 @@ std::string man_page(const CLI::App& command, const std::string& name, const std
   return text + footer_section(command) + ".SH \"SEE ALSO\"\n" + see_also + "\n";
 }
 
-/// Option names, then the words that may stand in their place: subcommands.
+/// Option names followed by the words allowed in their position: subcommands.
 std::vector<std::string> words_of(const CLI::App& command) {
   std::vector<std::string> words;
   for (const CLI::Option* option : shown_options(command)) {
@@ -82,7 +82,7 @@ std::vector<std::string> words_of(const CLI::App& command) {
   return words;
 }
 
-/// Calls for every command with its words, "camera new".
+/// Calls a function for every command with its words, e.g. "camera new".
 template <class Call> void for_each_command(const CLI::App& app, Call&& call) {
   for (const CLI::App* command : shown_commands(app)) {
     call(command->get_name(), *command);
@@ -110,7 +110,7 @@ std::string bash_completion(const CLI::App& app) {
          "complete -o filenames -F _tofgraph tofgraph\n";
 }
 
-/// A description within an argument of zsh's _arguments or _values.
+/// Escapes a description in an argument of zsh's _arguments or _values.
 std::string zsh_text(std::string text) {
   text.resize(std::min(text.find('\n'), text.size()));
   std::string result;

@@ -22,7 +22,7 @@ int run_module(const std::string& name, const void* arguments) {
 bool join_ranks(const char* program_name) {
   if (std::filesystem::path(program_name).filename() != "tofgraph-mpi") return false;
   const auto file = config::library_folder() / "mpi.so";
-  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NODELETE);  // MPI loads libraries that need it
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL | RTLD_NODELETE);  // needed by libraries that MPI loads
   void* symbol = library != nullptr ? dlsym(library, "tofgraph_set_ranks") : nullptr;
   if (symbol == nullptr)
     throw std::runtime_error(

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Notes to the user on a result that has a report.
+/// @file Notes on a result that has a report.
 #pragma once
 
 #include "config/log.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::cli {
 
-/// The first ones; the report has them all.
+/// Prints the first few; the report lists all.
 inline void say_notes(const std::vector<std::string>& notes) {
   constexpr std::size_t shown = 8;
   for (std::size_t i = 0; i < std::min(shown, notes.size()); ++i) config::print_message("note: " + notes[i]);

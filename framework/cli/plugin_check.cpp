@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// `tofgraph plugin check`: each check is a process of its own, with a limit of its time.
+// `tofgraph plugin check`: runs each check in a process of its own, with a time limit.
 #include "cli/plugin.hpp"
 #include "config/child_process.hpp"
 #include "config/json_text.hpp"
@@ -22,7 +22,7 @@ using nlohmann::json;
 
 constexpr const char* check_example = "example: tofgraph plugin check build/tofgraph_filter_edge_mask.so";
 
-/// Working folder of one check, removed with all that the plugin wrote.
+/// Working folder of one check, removed together with the plugin's files in it.
 class Scratch {
  public:
   Scratch() {
@@ -59,7 +59,7 @@ bool is_check_for(const json& check, const std::string& kind) {
   return (" " + check["kinds"].get<std::string>() + " ").find(" " + kind + " ") != std::string::npos;
 }
 
-/// The message that a crash left on standard error, from its first words on; empty: none.
+/// Message that a crash wrote to standard error, without the text before it; empty if there is none.
 std::string crash_message(const std::string& errors) {
   const auto start = errors.find("tofgraph: error: ");
   if (start == std::string::npos) return {};
@@ -67,7 +67,7 @@ std::string crash_message(const std::string& errors) {
   return text.substr(0, text.find('\n'));
 }
 
-/// Ending of a process that reported nothing.
+/// Describes the end of a process that reported no result.
 std::string how_child_ended(const config::ChildResult& child, const json& check) {
   if (child.overtime) return fmt::format("does not end within {} s", check["seconds"].get<int>());
   std::string crash = crash_message(child.errors);
@@ -163,7 +163,7 @@ int check_plugin(const CheckedPlugin& plugin) {
     outcomes.push_back(run_check(check, plugin, file));
     if (!plugin.as_json) print_outcome(outcomes.back());
     ++counts[outcomes.back()["result"]];
-    if (check["name"] == "descriptor" && outcomes.back()["result"] == "failed") break;  // nothing can be asked of it
+    if (check["name"] == "descriptor" && outcomes.back()["result"] == "failed") break;  // the plugin cannot be loaded
   }
   const int code = counts["failed"] != 0 ? failed : done;
   if (plugin.as_json)

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// `tofgraph plugin new`: a folder with a plugin that builds, from the installed templates.
+// `tofgraph plugin new`: creates a folder with a plugin that builds, from the installed templates.
 #include "cli/plugin.hpp"
 #include "config/paths.hpp"
 #include "io/output_file.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file of the templates, and the file that it becomes.
+/// Template file and the file created from it.
 struct Copy {
   std::string from, to;
 };
@@ -54,7 +54,7 @@ std::string replaced(std::string text, std::string_view word, const std::string&
   return text;
 }
 
-/// A template's text for this plugin, without the lines of its licence.
+/// Text of a template for this plugin, without its licence header.
 std::string filled(const fs::path& file, const std::vector<std::pair<std::string, std::string>>& words) {
   std::ifstream in(file);
   if (!in)

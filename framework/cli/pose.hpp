@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Arguments of `tofgraph pose`; the work is in pose_module.cpp.
+/// @file Arguments of `tofgraph pose`, implemented in pose_module.cpp.
 #pragma once
 
 #include <string>

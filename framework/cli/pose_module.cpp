@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The capture and its pattern as a campaign of one condition, so that both are checked as there.
+/// Wraps the capture and its pattern in a campaign with one condition, so that the same checks apply.
 io::Campaign campaign_of(const PoseArguments& arguments) {
   std::string camera = arguments.camera;
   if (camera.empty()) camera = io::CaptureReader(arguments.capture).header().camera;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET: reads untrusted files and writes what is
-// wrong to standard output. If HDF5 crashes or loops, only this dies. tofgraph-probe captures FILE...: each in a
-// process of its own, which is cheap here; writes the numbers of those that can be read, counted from 0.
+// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET: reads untrusted files and writes errors to standard
+// output. If HDF5 crashes or loops, only this process is affected. tofgraph-probe captures FILE...: forks cheaply for
+// each file; writes the indices of the readable ones, counted from 0.
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_map.hpp"
 
@@ -49,5 +49,5 @@ int main(int argc, char** argv) {
   } catch (const std::exception& problem) {
     std::fputs(problem.what(), stdout);
   }
-  _exit(std::fflush(stdout) == 0 ? 0 : 1);  // nothing is left to be done
+  _exit(std::fflush(stdout) == 0 ? 0 : 1);  // skips destructors
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A bar on the terminal for what takes longer than two seconds.
+/// @file Progress bar on the terminal for work that takes longer than two seconds.
 #pragma once
 
 #include "config/log.hpp"
@@ -31,7 +31,7 @@ inline std::string duration_text(double seconds) {
                   : fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
 }
 
-/// `[=====     ]  50 % text, 12 s, 12 s left`; without a share `text, 12 s`.
+/// `[=====     ]  50 % text, 12 s, 12 s left`; without a fraction `text, 12 s`.
 inline std::string progress_bar(std::optional<double> share, std::string_view text, double elapsed) {
   if (!share) return fmt::format("{}, {}", text, duration_text(elapsed));
   constexpr int width = 20;
@@ -44,8 +44,8 @@ inline std::string progress_bar(std::optional<double> share, std::string_view te
   return bar;
 }
 
-/// Draws on standard error where that is a terminal, not before two seconds and five times a second; never goes back.
-/// Progress bar, which stays as a separate line. Thread-safe.
+/// Progress bar on standard error if that is a terminal: first drawn after two seconds, at most five times a second,
+/// never going back. It remains as a separate line. Thread-safe.
 class Progress {
  public:
   explicit Progress(bool quiet) : shown_(!quiet && isatty(STDERR_FILENO) != 0) {}
@@ -53,7 +53,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Ends the bar's line, before a result is printed.
+  /// Ends the line of the bar before a result is printed.
   void finish() {
     const std::lock_guard lock(mutex_);
     if (drawn_) {
@@ -64,7 +64,7 @@ class Progress {
     config::set_bar_stands(false);
   }
 
-  /// @param share done, of 1; none: nobody knows
+  /// @param share completed fraction, 0 to 1; none: unknown
   void show(std::optional<double> share, std::string_view text) {
     if (!shown_) return;
     const std::lock_guard lock(mutex_);
@@ -84,7 +84,7 @@ class Progress {
   void draw() const {
     const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
     std::string line = progress_bar(share_, text_, elapsed);
-    winsize size{};  // a line that wraps could not be drawn over
+    winsize size{};  // a wrapped line could not be overwritten
     if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && line.size() >= size.ws_col)
       line.resize(size.ws_col - 1U);
     fmt::print(stderr, "\r\033[K{}", line);

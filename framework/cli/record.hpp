@@ -16,12 +16,12 @@ namespace tofgraph::cli {
 struct RecordArguments {
   recording::CameraRequest camera;
   std::filesystem::path out, plan;
-  std::uint64_t frames = 0;  ///< 0: without limit, or what the plan says
+  std::uint64_t frames = 0;  ///< 0: no limit, or the plan's number
   std::string duration;      ///< as written, "30 s"
   std::string comment;
   std::string tolerance, alignment;  ///< for a plan, as written, "250 mm"
-  bool still = false;                ///< for a plan: begins when the board stands still
-  bool align = false;                ///< records nothing, shows how the board stands
+  bool still = false;                ///< for a plan: starts when the board stands still
+  bool align = false;                ///< records nothing, displays the position of the board
   bool force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
 };

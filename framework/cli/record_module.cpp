@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A quantity of an option, which must be positive. @throws config::ConfigurationError
+/// Parses an option's quantity, which must be positive. @throws config::ConfigurationError
 double positive(const char* option, const std::string& text, const char* unit, const char* example) {
   const config::Quantity quantity = config::parse_quantity(text, unit);
   if (quantity.ok() && quantity.value > 0) return quantity.value;
@@ -38,7 +38,7 @@ double positive(const char* option, const std::string& text, const char* unit, c
   throw config::ConfigurationError(fmt::format("{}: error: {}", option, why));
 }
 
-/// Refuses options without effect, or in conflict with others.
+/// Rejects options that have no effect or conflict with others.
 void check_options(const RecordArguments& arguments) {
   if (arguments.align) {
     if (!arguments.plan.empty()) refuse("--align", "records nothing; with a plan, answer 'look'");
@@ -73,7 +73,7 @@ void check_options(const RecordArguments& arguments) {
   }
 }
 
-/// Makes and removes something there, as only that shows whether it can be done. @throws config::ConfigurationError
+/// Creates and removes a folder: the only reliable test for write access. @throws config::ConfigurationError
 void check_folder_of(const fs::path& out) {
   fs::path folder = fs::absolute(out).parent_path();
   std::error_code error;
@@ -85,7 +85,7 @@ void check_folder_of(const fs::path& out) {
   rmdir(trial.c_str());
 }
 
-/// @param overtaken where frames are counted that the camera's own queue had no place for
+/// @param lost_frames counts the frames dropped because the camera's own queue was full
 graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<std::uint64_t>& lost_frames) {
   graph::GraphOptions options;
   options.plugin_folders = arguments.plugin_folders;
@@ -98,14 +98,14 @@ graph::GraphOptions graph_options(const RecordArguments& arguments, std::atomic<
   return options;
 }
 
-/// Frames in the capture by its own statement, or the recovered part.
+/// Frames in the capture according to its header, or the recovered part.
 struct Written {
   fs::path file;
   std::size_t frames = 0, missing = 0;
-  double seconds = 0;  ///< from the first to the last frame, where they have time stamps
+  double seconds = 0;  ///< from the first to the last frame, if they have time stamps
 };
 
-/// @param result of the run that wrote it: what was there before is none of its
+/// @param result of the run that wrote the capture; frames from earlier runs are not counted
 std::optional<Written> written_to(const fs::path& capture, const graph::RunResult& result) {
   std::error_code error;
   Written written{io::CaptureWriter::part_of(capture)};
@@ -128,8 +128,8 @@ std::optional<Written> written_to(const fs::path& capture, const graph::RunResul
   return written;
 }
 
-/// In words on standard error. @param overtaken frames that the camera's queue had no place for
-/// @returns the frames that arrived and are not in the capture
+/// Prints a summary to standard error. @param lost_frames number of frames dropped by the camera's queue
+/// @returns the number of frames that arrived but are not in the capture
 std::uint64_t report(const graph::RunResult& result, const std::optional<Written>& written, std::uint64_t lost_frames,
                      bool quiet) {
   const std::uint64_t arrived = result.nodes.front().frames, kept = written ? written->frames : 0;
@@ -169,7 +169,7 @@ int record_capture(const RecordArguments& arguments) {
     result = runner.run();
   }
   const auto written = written_to(arguments.out, result);
-  const bool unknown = !written && !result.error.empty();  // the error says how many were written
+  const bool unknown = !written && !result.error.empty();  // the error message states the number of frames written
   const std::uint64_t lost = unknown ? 0 : report(result, written, lost_frames, arguments.quiet);
   if (!result.error.empty()) {
     print_message("error: " + result.error);
@@ -189,7 +189,7 @@ int record_capture(const RecordArguments& arguments) {
   return written ? 0 : 1;
 }
 
-/// Lines from standard input; an interrupt ends the waiting.
+/// Reads lines from standard input; an interrupt ends the wait.
 class Answers {
  public:
   std::optional<std::string> line() {
@@ -214,7 +214,7 @@ class Answers {
   std::string text_;
 };
 
-/// Ends a run in order where the user interrupts it.
+/// Ends a run cleanly when the user interrupts it.
 graph::RunResult run_or_interrupt(graph::Runner& runner) {
   const Watch watch(runner, true);
   graph::RunResult result = runner.run();
@@ -227,7 +227,7 @@ void wait_a_moment() {
   if (signals != 0) throw recording::Interrupted();
 }
 
-/// Shows what the camera sees until an interrupt: on a terminal in one line, else a line a look.
+/// Displays the camera's view until an interrupt: in one line on a terminal, else one line per update.
 int align(const RecordArguments& arguments) {
   std::atomic<std::uint64_t> lost_frames{0};
   graph::GraphOptions quiet = graph_options(arguments, lost_frames);
@@ -270,7 +270,7 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
   return options;
 }
 
-/// The camera, opened for a moment before anybody sets anything up. @throws config::ConfigurationError
+/// Opens the camera briefly, before the user sets anything up. @throws config::ConfigurationError
 recording::CameraIdentity check_camera(const recording::GuideOptions& options, const recording::Plan& plan) {
   graph::GraphOptions quiet = options.graph;
   quiet.message = nullptr;
@@ -289,7 +289,7 @@ int record_plan(const RecordArguments& arguments) {
     throw config::ConfigurationError("--out: error: " + problem);
   check_folder_of(arguments.out / "campaign.yaml");
   Answers answers;
-  std::atomic<std::uint64_t> lost_frames{0};  // a capture with a gap is recorded again
+  std::atomic<std::uint64_t> lost_frames{0};  // a capture with lost frames is recorded again
   const recording::GuideOptions options = guide_options(arguments, plan, answers, lost_frames);
   recording::CampaignFolder folder(plan, arguments.out, check_camera(options, plan), frames_of(plan, options));
   handle_signals();

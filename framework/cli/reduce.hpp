@@ -10,8 +10,8 @@ namespace tofgraph::cli {
 
 struct ReduceArguments {
   std::string campaign, out, shard;
-  std::vector<std::string> folders;  ///< of merge; empty: reduce
-  unsigned threads = 0;              ///< 0: one a core
+  std::vector<std::string> folders;  ///< for merge; empty: reduce
+  unsigned threads = 0;              ///< 0: one per core
   bool quiet = false;
 };
 

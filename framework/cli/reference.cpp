@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reference pages, schemas and type stubs, made from the declarations of commands and plugins.
+// Reference pages, schemas and type stubs, generated from the declarations of commands and plugins.
 #include "cli/manual.hpp"
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
@@ -25,14 +25,14 @@ std::string text_at(const json& object, const char* key) {
   return object.contains(key) && object[key].is_string() ? object[key].get<std::string>() : "";
 }
 
-/// Text in a cell of a table.
+/// Escapes text for a table cell.
 std::string table_cell(const std::string& text) {
   std::string result;
   for (const char c : text) result += c == '|' ? "\\|" : c == '\n' ? " " : std::string(1, c);
   return result;
 }
 
-/// The program's own plugins of a kind, by name.
+/// Built-in plugins of a kind, by name.
 std::vector<json> plugins_of(const std::string& kind) {
   const graph::PluginRegistry registry({config::plugin_folder()});
   std::vector<graph::PluginFile> files;
@@ -153,7 +153,7 @@ json value_schema(const json& p) {
   return schema;
 }
 
-/// The parameters of the plugin that `key` names, beside the keys that every entry has.
+/// Parameters of the plugin named by `key`, in addition to the keys that every entry has.
 json entry_schema(const json& plugin, const std::string& key, const json& always) {
   json properties = always, required = json::array({key});
   properties[key] = {{"const", plugin["name"]}};
@@ -171,7 +171,7 @@ json list_schema(const std::vector<json>& plugins, const std::string& key, const
     rules.push_back({{"if", {{"properties", {{key, {{"const", plugin["name"]}}}}}, {"required", {key}}}},
                      {"then", entry_schema(plugin, key, always)}});
   }
-  // Plugins of others have names of their own.
+  // Third-party plugins may have any name.
   return {
       {"type", "object"},
       {"properties", {{key, {{"anyOf", json::array({json{{"anyOf", names}}, json{{"type", {"string", "null"}}}})}}}}},
@@ -179,7 +179,7 @@ json list_schema(const std::vector<json>& plugins, const std::string& key, const
       {"allOf", rules}};
 }
 
-/// Type that Python takes for a parameter.
+/// Python type of a parameter.
 std::string python_type(const json& p) {
   const std::string type = text_at(p, "type");
   if (type == "bool") return "bool";
@@ -194,7 +194,7 @@ std::string python_type(const json& p) {
   return fmt::format("Literal[{}]", words);
 }
 
-/// A stage as a function of its parameters. Words of the language among them are left to `**more`.
+/// Stage as a Python function of its parameters. Parameters named like Python keywords are left to `**more`.
 std::string python_stub(const json& stage) {
   static constexpr std::string_view keywords[] = {"as", "from", "in", "is", "not", "with", "lambda", "class", "global"};
   std::string arguments, about;
@@ -209,7 +209,7 @@ std::string python_stub(const json& stage) {
       text_at(stage, "name"), arguments, text_at(stage, "summary"), about.empty() ? "" : "\n" + about);
 }
 
-/// The stages, by kind and name.
+/// Stages by kind and name.
 std::vector<json> all_stages() {
   std::vector<json> stages;
   for (const char* kind : {"source", "filter", "sink"}) std::ranges::move(plugins_of(kind), std::back_inserter(stages));

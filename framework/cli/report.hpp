@@ -11,7 +11,7 @@ namespace tofgraph::cli {
 
 struct ReportArguments {
   std::string campaign, out, model;
-  unsigned threads = 0;  ///< 0: one a core
+  unsigned threads = 0;  ///< 0: one per core
   bool force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
 };

@@ -24,7 +24,7 @@
 namespace tofgraph::cli {
 namespace {
 
-/// Why the statistics cannot be written, or nothing.
+/// Reason why the statistics cannot be written, or empty.
 std::string statistics_problem(const RunArguments& arguments) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
@@ -37,12 +37,12 @@ std::string statistics_problem(const RunArguments& arguments) {
   return problem.empty() ? problem : fmt::format("--stats {}: error: {}", arguments.stats, problem);
 }
 
-/// @returns the run's exit code, or failed when all was well until here. What the run has to say comes first.
+/// @returns the run's exit code; failed if only the statistics failed. The run's own messages come first.
 int write_statistics(const RunArguments& arguments, const graph::Graph& graph, const graph::RunResult& result,
                      int code) {
   if (arguments.stats.empty()) return code;
   try {
-    // Somebody may have made it since the first look.
+    // The file may have been created since the first check.
     if (const std::string problem = statistics_problem(arguments); !problem.empty()) throw std::runtime_error(problem);
     io::write_file(arguments.stats, config::json_text(graph::statistics_json(graph, result), 2) + "\n");
     return code;
@@ -52,10 +52,10 @@ int write_statistics(const RunArguments& arguments, const graph::Graph& graph, c
   }
 }
 
-/// The files that nodes wrote, and what a former run left among them.
+/// Reports the files that nodes wrote, and older ones left between them.
 void report_outputs(const graph::Graph& graph, const graph::RunResult& result, const WrittenFiles& files) {
   for (const auto& node : graph.nodes()) {
-    if (result.nodes[node->index].frames == 0) continue;  // a filter before it may have kept them all
+    if (result.nodes[node->index].frames == 0) continue;  // an upstream filter may have dropped all frames
     for (const io::OutputPattern& pattern : node->outputs()) {
       if (pattern.text().empty()) continue;
       print_message(fmt::format("  {} wrote {}", node->name, std::filesystem::proximate(pattern.text()).string()));
@@ -101,13 +101,13 @@ int report(const graph::Graph& graph, const graph::RunResult& result, const Writ
   return result.dropped != 0 && !loss_allowed ? failed : done;
 }
 
-/// Time after which the run is ended, s; infinite: never. @throws config::ConfigurationError
+/// Time after which the run is ended, s; infinity: never. @throws config::ConfigurationError
 double time_limit_of(const RunArguments& arguments, const UntrustedLimits& limits) {
   if (arguments.time_limit.empty()) return arguments.untrusted ? limits.time : std::numeric_limits<double>::infinity();
   return parse_time_limit(arguments.time_limit);
 }
 
-/// Folder of the pipeline's file; of a pipeline in one line the working folder.
+/// Folder of the pipeline file; the working folder for a one-line pipeline.
 std::filesystem::path folder_of(const RunArguments& arguments) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(arguments.pipeline, error)) return std::filesystem::current_path();
@@ -156,7 +156,7 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
 
 namespace {
 
-/// Runs what the command line asks for: one run, or one for each condition of a campaign.
+/// Runs the pipeline once, or once for each condition of a campaign.
 int run_as_asked(const RunArguments& arguments, const Common& common) {
   if (arguments.safe) graph::use_built_in_plugins_only();
   if (arguments.view && !arguments.campaign.empty())

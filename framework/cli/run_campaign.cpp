@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A pipeline over every condition of a campaign. The plugins stay loaded, and compiled tables stay in memory, between
+// Runs a pipeline on every condition of a campaign. Plugins stay loaded, and compiled tables stay in memory, between
 // conditions.
 #include "cli/campaign_pipeline.hpp"
 #include "cli/progress.hpp"
@@ -90,7 +90,7 @@ class CampaignRun {
     }
   }
 
-  /// Builds the graph; a warning or message is printed once for all conditions.
+  /// Builds the graph; each warning or message is printed only once for all conditions.
   std::unique_ptr<graph::Graph> graph_of(const io::Condition& condition) {
     config::Diagnostics diagnostics;
     auto graph = unshown_graph(condition, diagnostics);
@@ -128,7 +128,7 @@ class CampaignRun {
     return seen_.insert(text).second;
   }
 
-  /// The capture that a condition's graph writes; the pipeline's own capture_writer, or one that is added.
+  /// Capture written by a condition's graph: by the pipeline's own capture_writer, or by one that is added.
   fs::path result_of(const graph::Graph& graph) const {
     fs::path file;
     for (const auto& node : graph.nodes()) {
@@ -139,13 +139,13 @@ class CampaignRun {
     return file;
   }
 
-  /// The first graph shows which node's frames are recorded where the pipeline records none.
+  /// Chooses the node to record from the first graph if the pipeline records none.
   std::unique_ptr<graph::Graph> first_graph(const io::Condition& condition) {
     config::Diagnostics diagnostics;
     auto graph = unshown_graph(condition, diagnostics);
     looked_ = true;
     const bool records = !result_of(*graph).empty();
-    // The recorder reads what nothing read before: the warnings are those of the graph with it.
+    // The recorder reads channels that nothing read before, so the warnings must be those of the graph with it.
     if (!records && pipeline_->add_recorder(*graph)) return graph_of(condition);
     show_new(diagnostics);
     if (!records)
@@ -160,7 +160,7 @@ class CampaignRun {
       const auto graph = looked_ ? graph_of(condition) : first_graph(condition);
       problem = run_graph(*graph, condition);
     } catch (const config::ConfigurationError& error) {
-      if (!looked_ || result_.conditions.empty()) throw;  // the pipeline itself is wrong
+      if (!looked_ || result_.conditions.empty()) throw;  // the pipeline itself is invalid
       problem = error.what();
     } catch (const std::exception& error) {
       problem = error.what();
@@ -170,7 +170,7 @@ class CampaignRun {
     print_message(fmt::format("error: condition '{}': {}", condition.id, problem));
   }
 
-  /// @returns what went wrong, or nothing
+  /// @returns the error, or nothing
   std::string run_graph(graph::Graph& graph, const io::Condition& condition) {
     for (const auto& node : graph.nodes())
       if (arguments_.validate) node->set_validating();
@@ -201,7 +201,7 @@ class CampaignRun {
     if (camera_text_.empty()) camera_text_ = recorded_camera(graph);
   }
 
-  /// Profile of the camera whose frames are recorded, with the lens that the pipeline gave it.
+  /// Profile of the camera whose frames are recorded, with the lens set by the pipeline.
   static std::string recorded_camera(const graph::Graph& graph) {
     for (const auto& node : graph.nodes()) {
       if (std::string_view(node->stage().name) != "capture_writer") continue;
@@ -235,9 +235,9 @@ class CampaignRun {
   fs::path out_;
   io::Campaign campaign_, result_;
   std::optional<CampaignPipeline> pipeline_;
-  bool looked_ = false;  ///< the first graph was built, which shows whether a recorder is needed
+  bool looked_ = false;  ///< the first graph was built and the need for a recorder is known
   std::mutex mutex_;
-  std::set<std::string> seen_;  ///< messages that were printed
+  std::set<std::string> seen_;  ///< messages already printed
   std::vector<std::string> failures_;
   std::string camera_text_;
   std::uint64_t frames_ = 0;

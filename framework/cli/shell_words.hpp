@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Words as a shell reads them back.
+/// @file Quoting of words for a shell.
 #pragma once
 
 #include <string>

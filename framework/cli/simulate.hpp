@@ -14,9 +14,9 @@ namespace tofgraph::cli {
 struct SimulateArguments {
   std::string scene, out, model, preview, shard;
   std::optional<std::uint64_t> seed;
-  std::int64_t frames = 0;  ///< 0: the scene's
+  std::int64_t frames = 0;  ///< 0: from the scene
   int compression = 0;
-  unsigned threads = 0;  ///< 0: one a core
+  unsigned threads = 0;  ///< 0: one per core
   bool truth = false, force = false, quiet = false;
   std::vector<std::filesystem::path> plugin_folders;
 };

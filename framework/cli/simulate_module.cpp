@@ -23,7 +23,7 @@ namespace {
 using simulation::Simulation;
 namespace fs = std::filesystem;
 
-/// Points in the optical frame, decoded phases: what the preview shows of the first frame.
+/// Preview of the first frame: points in the optical frame and decoded phases.
 std::string preview_of(const Simulation& simulation) {
   const auto condition = simulation.prepare(0);
   const auto& frames = condition->frames;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Tells which plugin keeps the program waiting before a run has begun.
+/// @file Reports a plugin that keeps the program waiting before a run has begun.
 #pragma once
 
 #include "cli/commands.hpp"
@@ -13,14 +13,14 @@
 
 namespace tofgraph::cli {
 
-/// As long as it lives: says once which calls of plugins take longer than so many seconds.
+/// Reports once, during its lifetime, each plugin call that takes longer than the given number of seconds.
 class SlowCalls {
  public:
   explicit SlowCalls(double seconds)
       : thread_([this, seconds](const std::stop_token& stop) {
           try {
             watch(stop, seconds);
-          } catch (const std::exception&) {  // without memory for its words it is silent: the call itself goes on
+          } catch (const std::exception&) {  // no memory for the message: the call itself continues
           }
         }) {}
 

@@ -12,8 +12,8 @@
 
 namespace tofgraph::cli {
 
-/// Reads a time limit as it is written on the command line. @returns s, above 0
-/// @throws config::ConfigurationError no time, or none above 0
+/// Parses a time limit of the command line. @returns s, above 0
+/// @throws config::ConfigurationError if it is not a time above 0
 inline double parse_time_limit(const std::string& text) {
   const config::Quantity limit = config::parse_quantity(text, "s");
   if (limit.ok() && limit.value > 0) return limit.value;

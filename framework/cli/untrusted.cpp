@@ -18,8 +18,8 @@
 namespace tofgraph::cli {
 namespace {
 
-/// Returns whether a path lies in a folder and no part of it below the folder is a link, which may point anywhere, also
-/// to what an earlier node has yet to make.
+/// Returns whether a path lies in a folder without symbolic links below it: a link may point anywhere, also to a file
+/// that an earlier node has yet to create.
 bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
   const std::filesystem::path outer = std::filesystem::absolute(folder / "").lexically_normal().parent_path(),
                               inner = std::filesystem::absolute(path).lexically_normal();

@@ -26,7 +26,7 @@ bool is_camera(const std::string& what) {
   return what == "camcube" || (graph::is_camera_spec(what) && what.find_first_of(" !/") > what.find(':'));
 }
 
-/// In quotes for the one-line form, where the file's name has blanks, ! or quotes.
+/// Quotes a file name with blanks, ! or quotes for the one-line form.
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? "''" : std::string(1, c);
@@ -38,7 +38,7 @@ std::string text_at(const config::Value& node, const char* key) {
   return entry != nullptr ? entry->value.text : "";
 }
 
-/// Builds a pipeline to see what comes of it; null: it cannot run. @param problem why
+/// Builds a pipeline to find out its outputs; null if it cannot run. @param problem receives the reason
 std::unique_ptr<graph::Graph> tried(const std::string& text, const ViewArguments& arguments, const Common& common,
                                     std::string* problem = nullptr) {
   try {
@@ -51,8 +51,8 @@ std::unique_ptr<graph::Graph> tried(const std::string& text, const ViewArguments
   }
 }
 
-/// Stages from what a source delivers to a cloud, in the one-line form. Nothing is denoised or masked until the user
-/// moves a slider: their first values change nothing visible.
+/// Stages that turn a source's output into a cloud, in the one-line form. Initial parameter values denoise and mask
+/// nothing visible until the user moves a slider.
 std::string default_stages(const graph::Stream& delivered) {
   const auto has = [&](const char* name) { return delivered.find(name) != nullptr; };
   const bool raw = has("taps") || has("phases"), length = has("range") || has("depth");
@@ -63,7 +63,7 @@ std::string default_stages(const graph::Stream& delivered) {
   return stages + " ! non_local_means name=denoise strength='0.1 mm' ! point_cloud name=cloud";
 }
 
-/// Channels to read so that no stage makes what was recorded, too. Empty: all.
+/// Channels to read, so that no stage recomputes a recorded channel. Empty: all.
 std::string channels_read(const graph::Stream& delivered) {
   const auto has = [&](const char* name) { return delivered.find(name) != nullptr; };
   std::vector<std::string> chosen;
@@ -78,7 +78,7 @@ std::string channels_read(const graph::Stream& delivered) {
   return fmt::format(" channels=[{}]", fmt::join(chosen, ", "));
 }
 
-/// The default pipeline of a recording or a camera. @throws config::ConfigurationError when it cannot be read at all
+/// Default pipeline for a recording or a camera. @throws config::ConfigurationError if it cannot be read
 std::string default_pipeline(const std::string& what, bool camera, const ViewArguments& arguments,
                              const Common& common) {
   std::string source = camera ? what : "capture_reader name=read file=" + quoted(what);
@@ -111,7 +111,7 @@ int run_view(ViewArguments& arguments, const Common& common) {
 
 config::Value with_view(config::Value document, const ViewOptions& options, const Common& common) {
   const auto nodes = std::ranges::find(document.entries, "nodes", &config::Entry::key);
-  if (nodes == document.entries.end() || !nodes->value.is_list()) return document;  // is reported as for any pipeline
+  if (nodes == document.entries.end() || !nodes->value.is_list()) return document;  // reported as for any pipeline
   const graph::PluginRegistry registry(common.plugin_folders);
   std::vector<std::string> shown;
   for (const config::Value& node : nodes->value.items) {

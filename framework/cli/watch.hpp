@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Interrupts, and what a terminal shows of a run.
+/// @file Interrupts, and the progress of a run on the terminal.
 #pragma once
 
 #include "cli/progress.hpp"
@@ -25,16 +25,16 @@
 
 namespace tofgraph::cli {
 
-/// Set in a signal handler, read in another thread.
+/// Set in a signal handler, read by another thread.
 inline std::atomic<int> signals = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
 inline void on_signal(int) {
-  if (signals != 0) syscall(SYS_exit_group, 130);  // the second one does not wait
+  if (signals != 0) syscall(SYS_exit_group, 130);  // a second interrupt ends the process at once
   signals = 1;
 }
 
-/// From now on an interrupt is counted; what waits in a system call is woken.
+/// Counts interrupts from now on; blocking system calls are woken.
 inline void handle_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
@@ -42,10 +42,10 @@ inline void handle_signals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-/// Watches a run from a thread of its own: passes the interrupt on and tells whom it waits for then, draws progress.
+/// Watches a run from a separate thread: passes interrupts on, reports the calls that delay the end, shows progress.
 class Watch {
  public:
-  /// @param most s after the first frame at which the run is ended in order
+  /// @param most time limit after the first frame, s; the run is then ended cleanly
   Watch(graph::Runner& runner, bool quiet, double most = std::numeric_limits<double>::infinity())
       : runner_(runner), most_(most), progress_(quiet), thread_([this](const std::stop_token& stop) { watch(stop); }) {}
 
@@ -69,13 +69,13 @@ class Watch {
       try {
         if (passed_on && !told && seconds > interrupted_at + patience) told = tell_whom_it_waits_for();
         show();
-      } catch (const std::exception&) {  // without memory for its words it still watches
+      } catch (const std::exception&) {  // no memory for the message: keeps watching
       }
     }
     try {
       show();
       progress_.finish();
-    } catch (const std::exception&) {  // the run itself is over
+    } catch (const std::exception&) {  // the run itself has ended
     }
   }
 
@@ -105,7 +105,7 @@ class Watch {
   double elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
   using Clock = std::chrono::steady_clock;
-  static constexpr double patience = 2;  ///< s, that a call has to end after an interrupt
+  static constexpr double patience = 2;  ///< s, allowed for a call to end after an interrupt
   graph::Runner& runner_;
   double most_;  // s
   Progress progress_;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// posix_spawn and poll: whatever the host program does with SIGCHLD, and whichever of its threads asks.
+// Uses posix_spawn and poll: works for any SIGCHLD handling of the host program, and on any of its threads.
 #include "config/child_process.hpp"
 
 #include <fcntl.h>
@@ -23,7 +23,7 @@ extern char** environ;  // NOLINT(readability-redundant-declaration)
 namespace tofgraph::config {
 namespace {
 
-/// Blocks and discards SIGPIPE in this thread: writing to a child that no longer reads would end this process.
+/// Blocks and discards SIGPIPE in this thread: writing to a child that has stopped reading would end this process.
 class WithoutSigpipe {
  public:
   WithoutSigpipe() {
@@ -118,7 +118,7 @@ class Child {
     in_.close();
     int status = 0;
     while (waitpid(pid_, &status, 0) < 0) {
-      if (errno != EINTR) return std::move(result_);  // a host that ignores SIGCHLD never hears how its children ended
+      if (errno != EINTR) return std::move(result_);  // the host ignores SIGCHLD, so the exit status is lost
     }
     if (WIFSIGNALED(status)) result_.signal = WTERMSIG(status);
     if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
@@ -128,7 +128,7 @@ class Child {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// Milliseconds until the next look at a child that is silent; -1: none.
+  /// Timeout of poll() in ms: until on_silence or the time limit; -1: none.
   int patience() const {
     std::chrono::milliseconds wait = options_.patience;
     if (options_.limit.count() > 0) {
@@ -139,12 +139,12 @@ class Child {
     return wait.count() > 0 ? static_cast<int>(wait.count()) : -1;
   }
 
-  /// Feeds one end and drains the others, whichever is ready.
+  /// Writes to the child's input and reads its outputs, whichever is ready.
   void exchange() {
     std::array<pollfd, 3> ends = {{{in_.number(), POLLOUT, 0}, {out_.number(), POLLIN, 0}, {err_.number(), POLLIN, 0}}};
     const int ready = poll(ends.data(), ends.size(), patience());
     if (options_.limit.count() > 0 && Clock::now() - start_ >= options_.limit) {
-      result_.overtime = kill(pid_, SIGKILL) == 0;  // what it left to its own children is not waited for
+      result_.overtime = kill(pid_, SIGKILL) == 0;  // grandchildren may survive and are not waited for
       return;
     }
     if (ready == 0 && options_.on_silence) options_.on_silence(result_.output);
@@ -154,7 +154,7 @@ class Child {
     if (ends[2].revents != 0) drain(err_, result_.errors);
   }
 
-  /// A child that reads nothing more has its reason, which its exit code tells.
+  /// Writes input. A child that stops reading is not an error here; its exit code states the reason.
   void feed() {
     const ssize_t sent = write(in_.number(), options_.input.data() + sent_, options_.input.size() - sent_);
     if (sent > 0) sent_ += static_cast<std::size_t>(sent);

@@ -30,7 +30,7 @@ std::string shown(const Diagnostic& d) {
   }
   out += d.severity == Severity::error ? "error: " : "warning: ";
   out += d.message;
-  if (!d.message.ends_with('\n')) out += '\n';  // as what another file's mistakes say
+  if (!d.message.ends_with('\n')) out += '\n';  // the message may contain those of another file
   if (d.at.source && d.at.line > 0) {
     const std::string line = line_of(d.at.source->text, d.at.line);
     const std::size_t before = std::min(d.at.column - 1, line.size());
@@ -43,7 +43,7 @@ std::string shown(const Diagnostic& d) {
   return out;
 }
 
-/// Edit distance that counts a swap of neighbours as one (optimal string alignment).
+/// Edit distance that counts a transposition as one edit (optimal string alignment).
 std::size_t distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), now(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
@@ -85,7 +85,7 @@ void Diagnostics::add(const std::vector<Diagnostic>& mistakes) {
 
 std::string Diagnostics::text() const {
   std::vector<const Diagnostic*> order;
-  std::vector<const SourceText*> sources;  // in the order in which they were found fault with
+  std::vector<const SourceText*> sources;  // in the order of their first error
   for (const Diagnostic& d : all_) {
     order.push_back(&d);
     if (std::ranges::find(sources, d.at.source.get()) == sources.end()) sources.push_back(d.at.source.get());

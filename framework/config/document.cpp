@@ -21,10 +21,10 @@
 namespace tofgraph::config {
 namespace {
 
-constexpr std::size_t max_values = 1'000'000;  // an alias inside an alias can stand for any number of values
+constexpr std::size_t max_values = 1'000'000;  // nested aliases can expand to any number of values
 constexpr const char* too_many_values = "more than a million values";
 
-/// Explanation of a message of yaml-cpp, found by its beginning, for the author of the file.
+/// Explains a message of yaml-cpp, identified by its beginning, to the author of the file.
 std::string yaml_problem(const std::string& message) {
   namespace words = YAML::ErrorMsg;
   static const std::pair<std::string_view, const char*> meanings[] = {
@@ -52,7 +52,7 @@ std::string yaml_problem(const std::string& message) {
   return "not understood: quote texts with special characters";
 }
 
-/// Returns whether the quoted text that begins at a place has an end; yaml-cpp takes the end of the file for it.
+/// Returns whether the quoted text that begins here is closed; yaml-cpp would read on to the end of the file.
 bool ends(std::string_view text, std::size_t begin) {
   const char quote = text[begin];
   for (std::size_t i = begin + 1; i < text.size(); ++i) {
@@ -69,7 +69,7 @@ class Converter {
  public:
   Converter(std::shared_ptr<const SourceText> source, const std::string& text, std::optional<Position> fixed)
       : source_(std::move(source)), text_(text), fixed_(std::move(fixed)) {
-    constexpr std::string_view mark_of_utf8 = "\xEF\xBB\xBF";  // yaml-cpp counts from behind it
+    constexpr std::string_view mark_of_utf8 = "\xEF\xBB\xBF";  // yaml-cpp does not count it
     if (text_.starts_with(mark_of_utf8)) text_.remove_prefix(mark_of_utf8.size());
   }
 
@@ -142,11 +142,11 @@ class Converter {
   std::size_t count_ = 0;
 };
 
-/// Finds where a text's second document begins, reading no further: YAML::LoadAll finds documents without end after a
-/// comma that stands where a document may begin.
+/// Finds the start of a text's second document without reading further: YAML::LoadAll finds documents endlessly after a
+/// comma at the start of a document.
 class SecondDocument final : public YAML::EventHandler {
  public:
-  /// @returns its place; none: there is at most one document
+  /// @returns its position; none: there is at most one document
   std::optional<YAML::Mark> find(const std::string& text) {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
@@ -231,7 +231,7 @@ Value parse_document(std::string name, std::string text, std::filesystem::path b
 }
 
 Value parse_value(const std::string& text, const Position& at) {
-  // Bytes that YAML would take for the mark of UTF-16: a file name of another encoding.
+  // yaml-cpp would take these bytes for a UTF-16 byte order mark: a file name in another encoding.
   if (!text.starts_with('\xFE') && !text.starts_with('\xFF')) return parse(at.source, text, at);
   Value value;
   value.kind = Value::Kind::scalar;
@@ -258,7 +258,7 @@ std::string yaml_word(const std::string& text) {
       !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) != 0 && std::ranges::all_of(text, plain);
   if (harmless) return text;
   if (as_utf8(text) == text) return nlohmann::json(text).dump();
-  std::string quoted = "'";  // a file name of another encoding: its bytes stay
+  std::string quoted = "'";  // a file name in another encoding is copied byte by byte
   for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
   return quoted + "'";
 }
@@ -271,7 +271,7 @@ std::string assignment(const Position& at, std::string_view key, std::string_vie
 
 namespace {
 
-/// "-5 mm", "7.0e6 counts m^2/s": nothing in it means anything to YAML.
+/// True for a number with a unit, "-5 mm" or "7.0e6 counts m^2/s", without characters special to YAML.
 bool is_number(const std::string& text) {
   return !text.empty() && text.find_first_of("0123456789") <= 1 &&
          text.find_first_not_of("0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ +-./^") ==

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A configuration as a tree in which every key and value knows file, line and column.
+/// @file Configuration as a tree in which every key and value has its file, line and column.
 #pragma once
 
 #include "config/diagnostics.hpp"
@@ -21,7 +21,7 @@ struct Entry;
 struct Value {
   enum class Kind { null, scalar, list, map };
   Kind kind = Kind::null;
-  std::string text;  ///< scalar; "null" where YAML reads nothing
+  std::string text;  ///< scalar; "null" if YAML reads nothing
   bool quoted = false;
   Position at;
   std::vector<Value> items;    ///< items of a list
@@ -30,7 +30,7 @@ struct Value {
   bool is_map() const { return kind == Kind::map; }
   bool is_list() const { return kind == Kind::list; }
   bool is_scalar() const { return kind == Kind::scalar || kind == Kind::null; }
-  /// The entry of a key, or null.
+  /// Returns the entry of a key, or null.
   const Entry* find(std::string_view key) const;
   /// Kind of the value, for messages: "the list", "the word 'x'", ...
   std::string described() const;
@@ -42,58 +42,58 @@ struct Entry {
   Value value;
 };
 
-/// Reads a YAML file. @throws ConfigurationError when it cannot be read or its syntax is wrong, double keys included.
+/// Reads a YAML file. @throws ConfigurationError if it cannot be read or has syntax errors or duplicate keys.
 Value load_document(const std::filesystem::path& file);
-/// The same for a text that has no file of its own.
+/// As load_document, for a text without a file of its own.
 Value parse_document(std::string name, std::string text, std::filesystem::path base = {});
-/// A value written on the command line: YAML, but positions refer to the given place.
+/// Parses a value of the command line as YAML; positions refer to the given one.
 Value parse_value(const std::string& text, const Position& at);
 
-/// A list that was written in quotes, "[1, 2]", as the list that it shows; every other value as it is.
+/// Parses a list that was written in quotes, "[1, 2]"; returns every other value unchanged.
 Value without_quotes(const Value& value);
 
-/// A word as YAML reads it back, quoted where it has to be.
+/// Word as a YAML scalar, quoted if necessary.
 std::string yaml_word(const std::string& text);
-/// A value in one line, such that it is read back the same.
+/// Value on one line of YAML.
 std::string yaml_text(const Value& value);
-/// The same value with absolute paths under the keys that name files: file, image, model, table, map, rays, and camera
-/// where it is a path.
+/// Value with absolute paths under the keys that name files: file, image, model, table, map, rays, and camera if it is
+/// a path.
 Value with_absolute_paths(Value value);
 /// Assignment of a value to a key, for hints: `key: value` in a file, `key='a value'` in the one-line form.
 std::string assignment(const Position& at, std::string_view key, std::string_view value);
-/// A path written at a place: relative ones are relative to the file that contains them.
+/// Path written at a position; relative paths are relative to the folder of the file.
 std::filesystem::path path_at(const std::string& text, const Position& at);
 
-/// Reads the keys of a map one by one and reports what is left over as unknown.
+/// Reads the keys of a map one by one and reports the remaining ones as unknown.
 class Reader {
  public:
-  /// Reports when the value is not a map.
+  /// Reports an error if the value is not a map.
   Reader(const Value& map, Diagnostics& diagnostics, std::string what);
 
   const Entry* take(std::string_view key);
-  /// The same, missing is a mistake.
+  /// As take; a missing key is an error.
   const Entry* need(std::string_view key, std::string_view example);
-  /// A number with the dimension of `unit` in SI; fallback where the key is missing or wrong.
+  /// Number with the dimension of `unit`, in SI; the default value if the key is missing or invalid.
   double number(std::string_view key, std::string_view unit, std::string_view example,
                 std::optional<double> default_value);
-  /// The same with bounds, in SI; what is outside is a mistake that shows them.
+  /// As number, with bounds in SI; a value outside is an error that states them.
   double number_within(std::string_view key, std::string_view unit, std::string_view example,
                        std::optional<double> default_value, double least, double most);
-  /// A pure whole number; nothing as fallback: the key is needed.
+  /// Integer without a unit; without a default value the key is required.
   std::int64_t whole_number(std::string_view key, std::string_view example, std::optional<std::int64_t> default_value,
                             std::int64_t least, std::int64_t most);
   std::string word(std::string_view key, std::string default_value);
-  /// Reads one of several words; another one is reported as a mistake, and gives the first.
+  /// Reads one of several words; any other word is reported as an error and replaced by the first.
   std::string choice(std::string_view key, std::span<const std::string> words);
-  /// A file; relative paths are relative to the file that the value stands in.
-  /// @param must_be_there otherwise whoever opens it finds out
+  /// Input file; relative paths are relative to the folder of the file that contains the value.
+  /// @param must_be_there false: existence is checked when the file is opened
   std::filesystem::path input_file(std::string_view key, std::string_view example, bool must_be_there = true);
-  /// A list of numbers of one unit.
+  /// List of numbers with one unit.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example);
-  /// The same with a fallback for a list that is not there or wrong; a list of another length than its is a mistake.
+  /// As numbers, with a default for a missing or invalid list; the list must have the default's length.
   std::vector<double> numbers(std::string_view key, std::string_view unit, std::string_view example,
                               std::vector<double> default_value);
-  /// Every key that was not taken is an error with the nearest known one.
+  /// Reports every key that was not taken as an error, with the nearest known one.
   void finish();
 
  private:
@@ -103,12 +103,12 @@ class Reader {
   std::vector<std::string> known_;
 };
 
-/// A file of another kind, told by its first key, would only give follow-on mistakes.
-/// @throws ConfigurationError with nothing but that
+/// Rejects a file of another kind, identified by its first key, since its other errors would only mislead.
+/// @throws ConfigurationError with this error only
 void refuse_other_kind(const Value& document, std::string_view kind);
 
-/// Checks `kind: version` at the top. Reports a missing and a newer version.
-/// @throws ConfigurationError when the file is of another kind
+/// Checks `kind: version` at the top. Reports a missing or newer version.
+/// @throws ConfigurationError if the file is of another kind
 void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics);
 
 }  // namespace tofgraph::config

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the keys of a map, and says what is wrong with them.
+// Reads the keys of a map and reports errors in them.
 #include "config/document.hpp"
 #include "config/quantity.hpp"
 
@@ -189,7 +189,7 @@ void refuse_other_kind(const Value& document, std::string_view kind) {
 void check_version(const Value& document, std::string_view kind, int newest, Diagnostics& diagnostics) {
   refuse_other_kind(document, kind);
   const Entry* entry = document.find(kind);
-  if (entry == nullptr) {  // whatever else it is, its keys are not to be judged as those of this kind
+  if (entry == nullptr) {  // unknown kind: its keys cannot be judged
     Diagnostics other;
     other.error(document.at, fmt::format("this is not a {}: its first line must be '{}: {}'", kind, kind, newest));
     throw ConfigurationError(other);

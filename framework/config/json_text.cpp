@@ -10,7 +10,7 @@
 namespace tofgraph::config {
 namespace {
 
-/// Length in bytes of the valid UTF-8 character at the start of the text; 0: there is none.
+/// Length in bytes of the valid UTF-8 character at the start of the text; 0 if there is none.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<std::uint8_t>(text[i]); };
   const std::uint8_t first = byte(0);
@@ -19,7 +19,7 @@ std::size_t character_length(std::string_view text) {
   if (first < 0xC2 || first > 0xF4 || length > text.size()) return 0;
   for (std::size_t i = 1; i < length; ++i)
     if ((byte(i) & 0xC0U) != 0x80) return 0;
-  // Neither overlong forms, nor surrogates, nor beyond U+10FFFF.
+  // Rejects overlong forms, surrogates and values beyond U+10FFFF.
   const bool refused = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xED && byte(1) > 0x9F) ||
                        (first == 0xF0 && byte(1) < 0x90) || (first == 0xF4 && byte(1) > 0x8F);
   return refused ? 0 : length;

@@ -22,8 +22,8 @@ namespace {
 std::atomic<bool> bar_stands = false;
 
 std::mutex one_silence;                         // one SilentLibraries at a time
-std::mutex redirection;                         // no message is written while standard error changes
-std::atomic<int> seen_by_user = STDERR_FILENO;  // what the user reads
+std::mutex redirection;                         // held while standard error is redirected or a message is written
+std::atomic<int> seen_by_user = STDERR_FILENO;  // descriptor read by the user
 std::atomic<int> duplicate = -1;                // of standard error; stays open, so that its number is not reused
 
 /// Returns whether standard error is a terminal with colours that are not disabled (https://no-color.org).
@@ -34,8 +34,8 @@ bool colours_wanted() {
          isatty(STDERR_FILENO) != 0;
 }
 
-/// `error` and `warning` in red and yellow, where a line begins with one or with a place or a name before it. Lines
-/// that begin with a blank are hints, and what the user wrote.
+/// Colours `error` and `warning` at the start of a line, or after a position or name there. Lines that begin with a
+/// blank (hints and quoted user input) are unchanged.
 std::string coloured(std::string_view text) {
   static constexpr std::pair<std::string_view, std::string_view> words[] = {{"error", "\033[1;31m"},
                                                                             {"warning", "\033[1;33m"}};
@@ -66,7 +66,7 @@ void print_message(const std::string& text) {
   for (std::string_view left = line; !left.empty();) {
     const ssize_t written = ::write(standard_error(), left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;  // standard error is closed: there is no other way to report it
+    if (written <= 0) return;  // standard error is closed: the message cannot be reported otherwise
     left.remove_prefix(static_cast<std::size_t>(written));
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Messages on standard error, from wherever in the process they come.
+/// @file Messages on standard error, from any part of the process.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace tofgraph::config {
 
-/// A message on standard error, on a line of its own: where a progress bar stands on the terminal's last line, it takes
-/// that. [any thread]
+/// Writes a message to standard error on a line of its own; if a progress bar occupies the terminal's last line, the
+/// message replaces it. [any thread]
 void print_message(const std::string& text);
 
-/// States whether a progress bar is on the terminal's last line.
+/// Sets whether a progress bar occupies the terminal's last line.
 void set_bar_stands(bool stands);
 
 /// `1 frame`, `2 frames`

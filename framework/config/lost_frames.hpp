@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Report of a live source on frames lost before it. The plugin interface has no counter for them, so the warning
-/// has to be parsed for their number.
+/// @file Warning of a live source about frames lost before it. The plugin interface has no counter for them, so their
+/// number is parsed from the warning.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ inline constexpr std::string_view lost_frames_words = " came faster than they we
 inline std::string lost_frames_text(std::uint64_t frames) {
   return counted(frames, "frame") + std::string(lost_frames_words);
 }
-/// 0 for any other text.
+/// Number of lost frames; 0 for any other text.
 inline std::uint64_t lost_frames_in(const std::string& text) {
   return text.ends_with(lost_frames_words) ? std::strtoull(text.c_str(), nullptr, 10) : 0;
 }

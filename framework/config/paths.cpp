@@ -11,7 +11,7 @@
 namespace tofgraph::config {
 namespace {
 
-/// The folder that holds bin, lib and share: two above this library.
+/// Folder that contains bin, lib and share: two levels above this library.
 std::filesystem::path prefix() {
   Dl_info info{};
   if (dladdr(reinterpret_cast<const void*>(&plugin_folder), &info) == 0) return {};

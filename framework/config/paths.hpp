@@ -9,24 +9,24 @@
 
 namespace tofgraph::config {
 
-/// That of the program's own modules.
+/// Folder of the program's own modules.
 std::filesystem::path library_folder();
 std::filesystem::path plugin_folder();  ///< lib/tofgraph/plugins
-/// The folder below /usr/local where CMake installs plugins by default, for a program below /usr; else empty.
+/// Folder below /usr/local where CMake installs plugins by default, for a program below /usr; else empty.
 std::filesystem::path local_plugin_folder();
-std::filesystem::path built_in_plugins();  ///< a list of the plugins that come with the program, a file name a line
-std::filesystem::path command_folder();    ///< lib/tofgraph/commands: those that need more than the command line has
-std::filesystem::path scanner();           ///< the program that reads descriptors in a process of its own
-std::filesystem::path checker();           ///< the program that runs one check on one plugin
-std::filesystem::path trial_program();     ///< the program that tries captures in a process of its own
+std::filesystem::path built_in_plugins();  ///< list of the installation's plugins, one file name per line
+std::filesystem::path command_folder();    ///< lib/tofgraph/commands: modules of commands with further libraries
+std::filesystem::path scanner();           ///< program that reads descriptors in a separate process
+std::filesystem::path checker();           ///< program that runs one check on one plugin
+std::filesystem::path trial_program();     ///< program that probes captures in a separate process
 std::filesystem::path profile_folder();    ///< share/tofgraph/profiles
-std::filesystem::path template_folder();   ///< share/tofgraph/templates: what `plugin new` copies
+std::filesystem::path template_folder();   ///< share/tofgraph/templates: copied by `plugin new`
 std::filesystem::path cache_folder();      ///< $XDG_CACHE_HOME/tofgraph or ~/.cache/tofgraph
 
-/// The ending of a file's name in lower case, e.g. ".ply" of PART.PLY.
+/// File extension in lower case, e.g. ".ply" of PART.PLY.
 std::string lower_case_ending(const std::filesystem::path& file);
 
-/// Folders with colons between, apart and together.
+/// Splits a list of folders at colons, and joins them.
 std::vector<std::filesystem::path> split_path(std::string_view path);
 std::string joined_path(const std::vector<std::filesystem::path>& folders);
 /// TOFGRAPH_PLUGIN_PATH split at ':'.

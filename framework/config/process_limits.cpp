@@ -11,7 +11,7 @@
 namespace tofgraph::config {
 namespace {
 
-/// Bytes of address space in use now.
+/// Address space in use, bytes.
 std::size_t address_space() {
   std::size_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Limits of this process: for the trial of files, and for pipelines that somebody else wrote.
+/// @file Limits of this process: for probing files and for pipelines from untrusted authors.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 namespace tofgraph::config {
 
 struct ProcessLimits {
-  std::size_t memory;                                  ///< bytes beyond what the process has now
-  std::optional<unsigned> cpu_seconds = std::nullopt;  ///< none: as before
+  std::size_t memory;                                  ///< bytes beyond the current use
+  std::optional<unsigned> cpu_seconds = std::nullopt;  ///< none: unchanged
 };
 
-/// From now on allocations beyond the limit fail, and the process ends when it computes for longer. Leaves no core
-/// dump.
+/// Limits this process from now on: allocations beyond the limit fail, and exceeding the CPU time ends the process.
+/// Disables core dumps.
 void limit_process(const ProcessLimits& limits);
 
 }  // namespace tofgraph::config

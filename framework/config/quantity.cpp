@@ -24,7 +24,7 @@ struct Unit {
   std::string_view name;
   double factor;
   Dimension dimension;
-  double offset = 0;  ///< added after the factor, for a unit that stands alone
+  double offset = 0;  ///< added after scaling, for a unit without others
 };
 
 constexpr Dimension none{}, length{1}, time{0, 1}, frequency{0, -1}, angle{0, 0, 1}, temperature{0, 0, 0, 1},
@@ -54,7 +54,7 @@ const Unit* find_unit(std::string_view name) {
   return nullptr;
 }
 
-/// ", did you mean 'x'?": the unit that differs in upper and lower case only, or nearly a longer one; or nothing.
+/// ", did you mean 'x'?" for a unit that differs only in case or is spelled similarly; else empty.
 std::string guess(std::string_view name) {
   const auto lower = [](std::string_view text) {
     std::string result(text);
@@ -83,7 +83,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
 }
 
-/// A product or quotient of units: "counts m^2/s", "mm/ms". A blank or * multiplies, / divides by what follows it.
+/// Parses a product or quotient of units: "counts m^2/s", "mm/ms". A blank or * multiplies, / divides by the next unit.
 Parsed parse_unit(std::string_view text) {
   Parsed result;
   int sign = 1;
@@ -118,7 +118,7 @@ Parsed parse_unit(std::string_view text) {
       if (trimmed(text).empty()) result.problem = "has a unit that ends in the middle";
     }
   }
-  if (factors != 1) result.offset = 0;  // a difference of temperatures
+  if (factors != 1) result.offset = 0;  // a temperature difference
   return result;
 }
 

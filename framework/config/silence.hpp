@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Silence of libraries on standard error.
+/// @file Silences libraries on standard error.
 #pragma once
 
 #include <mutex>
@@ -8,11 +8,11 @@
 
 namespace tofgraph::config {
 
-/// Descriptor that the user reads: standard error, also while libraries are silenced. Async-signal-safe.
+/// Descriptor read by the user: standard error, also while libraries are silenced. Async-signal-safe.
 int standard_error();
 
-/// Keeps what is printed on standard error from the user as long as an object lives, but not the messages of this
-/// program: for libraries that print what they think of a file. [any thread; one object at a time, others wait]
+/// Hides output to standard error during its lifetime, except messages of this program: for libraries that print their
+/// own errors about a file. [any thread; one object at a time, others wait]
 class SilentLibraries {
  public:
   SilentLibraries();
@@ -20,12 +20,12 @@ class SilentLibraries {
   SilentLibraries(const SilentLibraries&) = delete;
   SilentLibraries& operator=(const SilentLibraries&) = delete;
 
-  /// Beginning of what was printed so far. @throws std::runtime_error where it cannot be known
+  /// Beginning of the hidden output so far. @throws std::runtime_error if it cannot be read
   std::string words() const;
 
  private:
   std::unique_lock<std::mutex> alone_;
-  int words_ = -1;  // file in memory
+  int words_ = -1;  // in-memory file
 };
 
 }  // namespace tofgraph::config

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Description of an exception, for threads that cannot pass it on.
+/// @file Description of an exception, for threads that cannot propagate it.
 #pragma once
 
 #include <exception>
@@ -9,9 +9,9 @@
 
 namespace tofgraph::config {
 
-inline constexpr const char* no_memory = "out of memory";  ///< so short that a std::string of it needs no memory
+inline constexpr const char* no_memory = "out of memory";  ///< short enough for a std::string without heap memory
 
-/// Description of the exception in a catch clause. Works without memory.
+/// Returns a description of the current exception, in a catch clause. Does not allocate.
 inline std::string what_was_thrown() noexcept {
   try {
     try {

@@ -32,7 +32,7 @@ std::size_t memory_in_use() {
 }  // namespace tofgraph::conformance
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// The C library's own functions do the work; operator new goes through malloc.
+// The wrappers call the C library's own functions; operator new uses malloc.
 using tofgraph::conformance::count_call;
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Memory that the process asks for: every way to the C library's memory is counted, the libraries' included. Linking
-/// it replaces malloc and similar functions of a program; under a sanitizer nothing is counted.
+/// Memory allocations of the process: every allocation from the C library is counted, including those of other
+/// libraries. Linking this file replaces malloc and similar functions; under a sanitizer nothing is counted.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,17 @@ inline constexpr bool memory_is_counted = false;
 inline constexpr bool memory_is_counted = true;
 #endif
 
-/// Counts calls while it lives, on all threads. One at a time.
+/// Counts calls on all threads during its lifetime. One object at a time.
 class CountedCalls {
  public:
   CountedCalls();
   ~CountedCalls();
   CountedCalls(const CountedCalls&) = delete;
   CountedCalls& operator=(const CountedCalls&) = delete;
-  static std::size_t count();  ///< of the last one
+  static std::size_t count();  ///< by the last object
 };
 
-/// Bytes of the C library's memory that are in use.
+/// Memory of the C library in use, bytes.
 std::size_t memory_in_use();
 
 }  // namespace tofgraph::conformance

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The checks of `plugin check`: each has a name, a sentence and a function that throws.
+/// @file Checks of `plugin check`: each has a name, a sentence and a function that throws on failure.
 #pragma once
 
 #include "graph/plugin.hpp"
@@ -14,40 +14,40 @@
 
 namespace tofgraph::conformance {
 
-/// Failure of a check: what() says what the plugin does wrong.
+/// Failure of a check; what() describes the plugin's error.
 class Violation : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// A check that has nothing to look at: what() says why.
+/// Check that does not apply to the plugin; what() gives the reason.
 class NotApplicable : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The plugin under test. A check has the process to itself.
+/// Plugin under test. Each check runs in a process of its own.
 struct Subject {
   std::filesystem::path path;
-  std::uint64_t seed = 1;             ///< of random values
+  std::uint64_t seed = 1;             ///< of the random values
   std::vector<std::string> settings;  ///< PARAMETER=VALUE
-  std::filesystem::path scratch;      ///< an empty folder, the working folder
+  std::filesystem::path scratch;      ///< initially empty; the working folder
   const graph::Plugin& plugin() const { return graph::load_plugin(graph::plugin_file(path)); }
 };
 
 struct Check {
   const char* name;
-  const char* sentence;                ///< what a plugin that passes does
-  const char* kinds;                   ///< that it is for, blank-separated
-  unsigned strictness;                 ///< from 1 to 10: runs from this one on
-  unsigned seconds;                    ///< limit of its time
+  const char* sentence;                ///< property that the check requires
+  const char* kinds;                   ///< applicable kinds of plugin, blank-separated
+  unsigned strictness;                 ///< 1 to 10: lowest level that includes this check
+  unsigned seconds;                    ///< time limit
   std::string (*run)(const Subject&);  ///< @returns a remark, or nothing @throws Violation, NotApplicable
 };
 
-/// All checks, in the order in which they run.
+/// All checks in the order of their execution.
 std::span<const Check> checks();
 
-// By group, a file each. Throw Violation.
+// One file per group. All throw Violation.
 std::string loads(const Subject&);
 std::string describes_itself(const Subject&);
 std::string has_texts(const Subject&);

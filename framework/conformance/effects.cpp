@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects: boards seen with and without them.
+// Checks of effects: boards simulated with and without them.
 #include "conformance/values.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
@@ -32,7 +32,7 @@ constexpr Look looks[] = {{{1.3, 0.1, 0.05, 0.85}, 1e-3, false, "lamp"},
                           {{0.7, -0.2, 0.1, 0.3}, 4e-3, false, "dark"},
                           {{2.6, 0, 0.3, 0.85}, 4e-3, true, "lamp"}};
 
-/// An effect with the values that its parameters have by default, and the images that they are seen by.
+/// Effect with its parameters at their defaults, and the images in which it is observed.
 class Bench {
  public:
   explicit Bench(const Subject& subject)
@@ -46,7 +46,7 @@ class Bench {
   double frequency() const { return camera_->view().modulation_frequency; }
   std::size_t pixels() const { return pixels_.size(); }
 
-  /// The values with each number at a property of its parameter, where it has that.
+  /// Parameter values with each number set to the given descriptor field, where that is defined.
   Values at(double tofgraph_parameter::*which) const {
     Values values(values_.data(), values_.data() + plugin_.parameter_count);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -56,7 +56,7 @@ class Bench {
     return values;
   }
   Values at_typical() const { return at(&tofgraph_parameter::typical); }
-  /// Those of a setting. @throws Refusal
+  /// Values for given settings. @throws Refusal
   ParameterValues with(const Settings& settings) const { return values_of(plugin_, settings); }
 
   EffectPtr make(const tofgraph_value* values) const {
@@ -67,7 +67,7 @@ class Bench {
     }
   }
 
-  /// Taps of every look, P x (A, B) x pixels each. @throws Refusal
+  /// Taps of all acquisitions, P x (A, B) x pixels each. @throws Refusal
   std::vector<double> taps(const std::vector<EffectPtr>& effects) const {
     std::vector<double> all;
     for (const Look& look : looks) {
@@ -116,7 +116,7 @@ double norm(const std::vector<double>& values) {
 constexpr std::array observables = {"distance", "amplitude", "intensity", "null1", "null2"};
 using Change = std::array<double, observables.size()>;
 
-/// The signals of one pixel that four images give, equations of the four-phase method.
+/// Signals of one pixel computed from four images, with the equations of the four-phase method.
 struct Signal {
   std::complex<double> phasor;
   double intensity = 0, null1 = 0, null2 = 0;
@@ -135,7 +135,7 @@ Signal signal_of(std::span<const double> taps, std::size_t pixels, std::size_t i
   return signal;
 }
 
-/// The largest relative change of each observable: of the phase in rad, of the others by the amplitude or intensity.
+/// Largest change of each observable: the phase in rad, the others relative to the amplitude or intensity.
 Change change_between(const std::vector<double>& before, const std::vector<double>& after, std::size_t pixels) {
   Change change{};
   const std::size_t each = 8 * pixels;
@@ -223,7 +223,7 @@ std::string changes_smoothly(const Subject& subject) {
     std::vector<double> rest = wide;
     for (std::size_t k = 0; k < rest.size(); ++k) rest[k] -= narrow[k];
     const double size = std::max(norm(wide), norm(narrow));
-    const double rounding = 1e-9 * norm(bench.ideal()) / std::abs(p.typical);  // differences of rounded numbers
+    const double rounding = 1e-9 * norm(bench.ideal()) / std::abs(p.typical);  // rounding error of the differences
     if (size <= rounding) continue;
     ++compared;
     if (norm(rest) > 0.05 * size + rounding)
@@ -245,7 +245,7 @@ std::string touches_what_it_says(const Subject& subject) {
   if (most < 1e-9) throw NotApplicable("its typical values change nothing here");
   const auto declares = [&](const char* name) { return std::ranges::find(declared, name) != declared.end(); };
   std::string told;
-  bool any = declares("variance");  // which expected light does not show
+  bool any = declares("variance");  // not visible in the expected light
   for (std::size_t o = 0; o < change.size(); ++o) {
     told += fmt::format("{}{} {:.2g}", told.empty() ? "" : ", ", observables.at(o), change.at(o));
     any = any || (declares(observables.at(o)) && change.at(o) > 1e-9);

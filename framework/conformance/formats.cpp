@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Readers of files: what is not one of theirs.
+// Checks of file formats: reaction to files that are not theirs.
 #include "conformance/check.hpp"
 
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One frame after another: what arrives, what is written, what leaves.
+// Checks of the processing of frames: inputs, written memory, outputs.
 #include "conformance/trial.hpp"
 #include "graph/validation.hpp"
 
@@ -17,7 +17,7 @@ namespace {
 
 using graph::BrokenPromise;
 
-/// Runs some frames, and the end where they were taken. @throws Refusal, Violation
+/// Runs some frames, then finish(), if they were accepted. @throws Refusal, Violation
 void run_frames(Trial& trial, std::uint64_t count, Content content = Content::ordinary) {
   try {
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -30,7 +30,7 @@ void run_frames(Trial& trial, std::uint64_t count, Content content = Content::or
   }
 }
 
-/// The same with a stage of its own; what it refuses it need not do.
+/// As run_frames, with a newly created stage; refused input counts as passed.
 std::string frames_of(const Subject& subject, const Conditions& conditions, Content content = Content::ordinary) {
   const std::unique_ptr<Trial> trial = ready(subject, conditions);
   return or_refuses([&] { run_frames(*trial, 3, content); });
@@ -116,11 +116,11 @@ std::string takes_larger(const Subject& subject) {
 
 namespace {
 
-/// The host's read(), but each row is followed by a gap of bytes that are no number.
+/// Replaces the host's read(): each row is followed by a gap filled with NaN bytes.
 int read_with_gaps(tofgraph_frame* frame, const char* channel, tofgraph_view* view) {
   const int status = graph::host_table().read(frame, channel, view);
   if (status != TOFGRAPH_STATUS_OK || view->rank < 2) return status;
-  static thread_local std::vector<std::vector<char>> kept;  // until the process ends: it runs a few frames
+  static thread_local std::vector<std::vector<char>> kept;  // kept until the process ends, after a few frames
   const std::uint64_t columns = view->extent[view->rank - 1];
   const std::size_t row = columns * element_size(view->type), gap = 64;
   std::size_t rows = 1;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Without frames: the library, its descriptor, its parameters, its life.
+// Checks without frames: the library, its descriptor, its parameters, creation and destruction.
 #include "conformance/allocations.hpp"
 #include "conformance/values.hpp"
 #include "simulation/files/effect.hpp"
@@ -32,15 +32,15 @@ double processor_seconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// Time in which this process works or would, if the machine were not busy. The kernel counts only the latter
-/// (/proc/self/schedstat, second number), and not every kernel does: there a busy machine counts as waiting.
+/// CPU time plus the time this process waited for a busy CPU. The latter is the second number of /proc/self/schedstat;
+/// some kernels lack it, and there a busy machine counts as waiting.
 double willing_seconds() {
   double running = 0, ready = 0;
   std::ifstream("/proc/self/schedstat") >> running >> ready;  // ns
   return processor_seconds() + 1e-9 * ready;
 }
 
-/// First line that a call prints to standard output, which may be empty; nothing if it prints nothing.
+/// First line that a call prints to standard output, possibly empty; nothing if it prints nothing.
 template <class Call> std::optional<std::string> printed_by(Call&& call) {
   constexpr const char* name = "printed.txt";
   std::fflush(stdout);
@@ -57,7 +57,7 @@ template <class Call> std::optional<std::string> printed_by(Call&& call) {
   return line;
 }
 
-/// Made for a camera or a stream, whichever the plugin takes. @throws Refusal
+/// Creates the plugin for a camera or a stream, whichever it needs. @throws Refusal
 void make(const Subject& subject, const Settings& settings) {
   const Plugin& plugin = subject.plugin();
   if (plugin.effect == nullptr) {
@@ -73,7 +73,7 @@ void make(const Subject& subject, const Settings& settings) {
   }
 }
 
-/// Runs a frame of the stage where it is one.
+/// Creates the plugin; runs one frame if it is a stage.
 void make_and_run(const Subject& subject, const Settings& settings) {
   if (subject.plugin().effect != nullptr) return make(subject, settings);
   Trial trial(subject, {.rows = 24, .columns = 32, .settings = settings});

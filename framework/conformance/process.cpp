@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What belongs to the whole process and not to a plugin.
+// Checks that a plugin does not change the state of the whole process.
 #include "conformance/trial.hpp"
 #include "simulation/files/effect.hpp"
 
@@ -18,7 +18,7 @@ extern char** environ;  // NOLINT(readability-redundant-declaration)
 namespace tofgraph::conformance {
 namespace {
 
-/// A property of the process in words, and its value.
+/// Property of the process in words, and its value.
 using State = std::map<std::string, std::string>;
 
 std::string handlers() {
@@ -62,7 +62,7 @@ State settings_of_process() {
                  {"the mask of file modes", file_mode_mask()},
                  {"the environment", environment()}};
 #ifdef __SSE2__
-  constexpr unsigned flags = 0x3f;  // the last operations, not the mode
+  constexpr unsigned flags = 0x3f;  // status bits of past operations, not part of the mode
   state["the mode of floating-point numbers"] = fmt::format("{:x}", __builtin_ia32_stmxcsr() & ~flags);
 #endif
   return state;
@@ -89,7 +89,7 @@ void use(const Subject& subject) {
   trial.finish();
 }
 
-/// Threads that end with their stage may still be on their way out.
+/// Threads joined by the stage may not have disappeared from /proc yet.
 bool grew(const char* folder, std::size_t before) {
   for (int wait = 0; wait < 50 && entries_of(folder) > before; ++wait)
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -114,7 +114,7 @@ std::string leaves_the_process(const Subject& subject) {
       return std::string(error.what());
     }
   };
-  std::string refusal = once();  // what libraries keep for good, they have from here on
+  std::string refusal = once();  // libraries have made their permanent allocations after this call
   compare();
   const std::size_t files = entries_of("/proc/self/fd"), threads = entries_of("/proc/self/task");
   for (int again = 0; again < 3; ++again) once();

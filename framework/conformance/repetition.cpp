@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The same stage again: results, memory, threads, time.
+// Checks by repetition of the same stage: results, memory, threads, time.
 #include "conformance/allocations.hpp"
 #include "conformance/trial.hpp"
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint64_t frame_count = 8;
 
-/// @throws NotApplicable the stage does not say that it is stateless, or refuses its frames
+/// @throws NotApplicable if the stage is not declared stateless or refuses its frames
 std::unique_ptr<Trial> stateless(const Subject& subject) {
   if ((subject.plugin().flags & TOFGRAPH_STAGE_STATELESS) == 0)
     throw NotApplicable("it says that it works frame by frame, in their order");
@@ -26,7 +26,7 @@ std::unique_ptr<Trial> stateless(const Subject& subject) {
   return trial;
 }
 
-/// Shortest time of a frame of nine, s: others may be at work on the machine. @throws Refusal
+/// Minimum run time over nine frames, s, because the machine may be busy. @throws Refusal
 double seconds_of(Trial& trial) {
   std::vector<double> seconds;
   for (std::uint64_t i = 0; i < 9; ++i) {
@@ -38,7 +38,7 @@ double seconds_of(Trial& trial) {
   return *std::ranges::min_element(seconds);
 }
 
-/// The content of another frame in the slots of one that was used before, as in a run.
+/// Puts the content of another frame into the slots of a used one, as happens in a run.
 void refill(tofgraph_frame& used, const tofgraph_frame& frame) {
   used.clear();
   for (const tofgraph_frame::Channel& channel : frame.channels) used.slot(channel.name) = channel;
@@ -51,7 +51,7 @@ std::vector<tofgraph_frame> arriving(Trial& trial, std::uint64_t count) {
   return frames;
 }
 
-/// For sources, which end: as many frames as a check needs, where the parameter is called so.
+/// Conditions for enough frames from a source, if it has a parameter `frames`.
 Conditions for_many_frames(const Subject& subject) {
   Conditions conditions{.watched = false};
   for (const tofgraph_parameter& p : subject.plugin().own_parameters) {
@@ -146,7 +146,7 @@ std::string keeps_its_memory(const Subject& subject) {
   const std::unique_ptr<Trial> source = ready(subject, conditions);  // owns the memory of the frames
   const std::vector<tofgraph_frame> frames = arriving(*source, 10);
   const bool may_remember = (subject.plugin().flags & TOFGRAPH_STAGE_STATELESS) == 0;
-  // A stage that remembers may keep memory as long as it lives.
+  // A stage with state may keep memory until it is destroyed.
   const auto kept_after = [&](std::uint64_t count) {
     const auto before = static_cast<double>(memory_in_use());
     std::unique_ptr<Trial> trial = ready(subject, conditions);
@@ -180,7 +180,7 @@ std::string is_quick(const Subject& subject) {
     try {
       Trial trial(other, {.watched = false});
       others.push_back(seconds_of(trial));
-    } catch (const std::runtime_error&) {  // needs files, or is broken
+    } catch (const std::runtime_error&) {  // needs files or is broken
     }
   }
   if (others.size() < 5) throw NotApplicable("there are too few others of its kind");
@@ -191,7 +191,7 @@ std::string is_quick(const Subject& subject) {
   if (const std::string refusal = or_refuses([&] { own = seconds_of(*trial); }); !refusal.empty())
     throw NotApplicable(refusal);
   std::string told = fmt::format("{:.3g} ms a frame, the median of its kind is {:.3g} ms", 1e3 * own, 1e3 * median);
-  // Half of the filters only copy: beside them alone a search for neighbours would be too slow.
+  // Half of the filters only copy, so a neighbourhood search would fail a limit based on their median alone.
   constexpr double long_time = 0.1;  // s
   if (own > std::max(1000 * median, long_time)) throw Violation(told);
   return told;

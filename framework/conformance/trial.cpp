@@ -21,7 +21,7 @@ namespace {
 
 using namespace graph;
 
-/// Text after "e.g. " in a parameter's text.
+/// Text after "e.g. " in a parameter's description.
 std::string example_in(std::string_view text) {
   const auto start = text.find("e.g. ");
   if (start == std::string_view::npos) return {};
@@ -53,7 +53,7 @@ std::uint64_t extent_of(std::string_view word, std::uint32_t rows, std::uint32_t
   return word == "N" ? columns : std::stoull(std::string(word));
 }
 
-/// @throws Refusal, Violation the first of some mistakes @param defect of the plugin
+/// @throws Refusal, Violation with the first error, if any @param defect of the plugin
 void check(const config::Diagnostics& diagnostics, bool defect = false) {
   for (const config::Diagnostic& d : diagnostics.all())
     if (!diagnostics.ok()) refuse(d.hint.empty() ? d.message : d.message + "\n" + d.hint, defect);
@@ -70,7 +70,7 @@ Settings settings_of(const Subject& subject, const Settings& given) {
   Settings settings = given;
   for (const std::string& setting : subject.settings) {
     const auto equals = setting.find('=');
-    settings.emplace(setting.substr(0, equals), setting.substr(equals + 1));  // a value under test comes first
+    settings.emplace(setting.substr(0, equals), setting.substr(equals + 1));  // does not replace a value under test
   }
   for (const tofgraph_parameter& p : subject.plugin().own_parameters) {
     if ((p.flags & TOFGRAPH_PARAMETER_REQUIRED) != 0 && !settings.contains(p.name))
@@ -133,7 +133,7 @@ void Trial::prepare() {
   if (!node_->prepare({&input_}, {"input"}, diagnostics)) check(diagnostics, node_->has_defect());
 }
 
-/// Every port's first channel, optional ones as well, and what frames of a camera have, unless the stage makes it.
+/// Adds the first channel of every port, and a camera's usual channels unless the stage computes them.
 void Trial::add_channels(const Conditions& conditions) {
   for (const tofgraph_port& port : node_->stage().own_ports) {
     if (port.direction != TOFGRAPH_DIRECTION_OUT) add_channel(port, conditions);
@@ -159,9 +159,9 @@ void Trial::add_channel(const tofgraph_port& port, const Conditions& conditions)
   std::vector<std::string> channels = alternatives(port);
   const std::string chosen = node_->values().text_of("channel");
   if (channels.size() > 1 && std::ranges::find(channels, chosen) != channels.end()) channels = {chosen};
-  if (channels.size() > 1) std::erase(channels, "distance");  // a half path stands for a length only when assumed
+  if (channels.size() > 1) std::erase(channels, "distance");  // a half path for a length only if assumed
   const std::string& name = channels.front();
-  // Taps and phases are two forms of the same; one is enough.
+  // Taps and phases are two forms of the same data; one is enough.
   if (name == "*" || input_.find(name) != nullptr || (name == "phases" && input_.find("taps") != nullptr)) return;
   const ChannelInfo* known = known_channel(name);
   Channel channel;
@@ -191,7 +191,7 @@ tofgraph_frame Trial::frame(std::uint64_t number, Content content) {
     frame.metadata.size = sizeof frame.metadata;
     frame.metadata.number = frame.metadata.device_number = number;
     frame.metadata.timestamp_ns = 1'000'000'000 + static_cast<std::int64_t>(number) * 12'500'000;
-    frame.metadata.integration_time = number % 2 == 0 ? 1e-3 : 4e-3;  // brackets have several
+    frame.metadata.integration_time = number % 2 == 0 ? 1e-3 : 4e-3;  // exposure bracketing uses several
     frame.metadata.modulation_frequency = 20e6;
     frame.metadata.temperature = 298;
     frame.metadata.time_since_power_on = 600;
@@ -201,7 +201,7 @@ tofgraph_frame Trial::frame(std::uint64_t number, Content content) {
       made.type = channel.type;
       made.rank = channel.rank;
       const std::vector<std::uint64_t> image = {rows_, columns_};
-      std::size_t sizes = 0;  // those that only the frame knows are rows, then columns
+      std::size_t sizes = 0;  // unknown sizes are rows, then columns
       for (std::uint32_t i = 0; i < channel.rank; ++i)
         made.extent[i] = channel.extent.at(i) != 0 || sizes == 2 ? channel.extent.at(i) : image[sizes++];
       made.buffer = pool_->get(std::max<std::size_t>(channel_bytes(made.type, made.rank, made.extent), 1));

@@ -22,7 +22,7 @@ bool is_invalid(std::size_t pixel, std::uint64_t seed, Content content) {
   return content == Content::invalid || (pixel + seed) % 17 == 0;
 }
 
-/// A board that is tilted, with noise, m.
+/// Tilted board with noise, m.
 double length_at(std::size_t pixel, Content content, double noise) {
   if (content == Content::denormal) return 1e-40;
   if (content == Content::huge) return pixel % 2 == 0 ? 9.9e5 : 1e-3;
@@ -35,7 +35,7 @@ double counts_at(std::size_t pixel, Content content, double noise) {
   return 2000 + 10 * noise + static_cast<double>(pixel % 100);
 }
 
-/// Exposure k of four, of light that comes from 1 m.
+/// Exposure k of four for light reflected at 1 m.
 double phase_at(std::size_t exposure, std::size_t pixel, Content content, double noise) {
   const double turn = 0.838 + 0.0005 * static_cast<double>(pixel % 600);
   return counts_at(pixel, content, noise) * std::cos(turn + static_cast<double>(exposure) * std::numbers::pi / 2);
@@ -90,7 +90,7 @@ void fill(Channel& channel, const io::CameraPtr& camera, std::uint64_t seed, Con
   const bool stack = channel.name == "phases" || channel.name == "taps";
   const bool is_length = channel.unit == "m" && channel.type == TOFGRAPH_TYPE_F32;
   const std::size_t last = channel.rank > 2 && !stack ? channel.extent[2] : 1;
-  std::size_t pixels = 1;  // of an image, where values follow each other image by image
+  std::size_t pixels = 1;  // per image of a stack, which is stored image by image
   for (std::uint32_t i = channel.rank > 2 ? channel.rank - 2 : 0; stack && i < channel.rank; ++i)
     pixels *= channel.extent[i];
   for (std::size_t i = 0; i < size; ++i) {
@@ -120,11 +120,11 @@ std::string random_value(const tofgraph_parameter& p, std::mt19937_64& random) {
   if (p.kind == TOFGRAPH_KIND_CHOICE) return words.at(random() % words.size());
   if (!is_number(p)) return {};
   const double low = std::isnan(p.minimum) ? (std::isnan(p.maximum) ? 0 : p.maximum - 1) : p.minimum;
-  // Far from zero bounds are there to catch mistakes of the unit: most values are near the lower one.
+  // Bounds far from zero only catch unit errors, so most values are chosen near the lower one.
   const double high = std::isnan(p.maximum) ? low + 1 : p.maximum;
   const double value = low + (high - low) * std::pow(part(random), 3);
   if (p.kind == TOFGRAPH_KIND_INTEGER)
-    return fmt::format("{}", std::llround(std::min(value, low + 64)));  // memory by its square
+    return fmt::format("{}", std::llround(std::min(value, low + 64)));  // memory may grow quadratically
   return written(value, p.unit);
 }
 
@@ -132,7 +132,7 @@ std::vector<std::string> bounds_of(const tofgraph_parameter& p) {
   std::vector<std::string> bounds;
   for (const double bound : {p.minimum, p.maximum}) {
     if (!is_number(p) || std::isnan(bound) || std::isinf(bound)) continue;
-    if (p.kind == TOFGRAPH_KIND_INTEGER && bound > p.minimum + 64) continue;  // memory without end
+    if (p.kind == TOFGRAPH_KIND_INTEGER && bound > p.minimum + 64) continue;  // memory would be exhausted
     bounds.push_back(p.kind == TOFGRAPH_KIND_INTEGER ? fmt::format("{}", std::llround(bound)) : written(bound, p.unit));
   }
   return bounds;

@@ -9,15 +9,15 @@
 
 namespace tofgraph::conformance {
 
-/// Fills a channel with values of its kind: lengths in m, counts, flags. The same seed gives the same values, and
-/// channels of one frame agree on which pixels are invalid.
+/// Fills a channel with values of its kind: lengths in m, counts, flags. Equal seeds give equal values, and the
+/// channels of one frame have the same invalid pixels.
 void fill(tofgraph_frame::Channel& channel, const io::CameraPtr& camera, std::uint64_t seed, Content content);
 
-/// A value within the bounds of a parameter as it is written in a pipeline; empty: none can be made up.
+/// Random value within the bounds of a parameter, as written in a pipeline; empty: not possible.
 std::string random_value(const tofgraph_parameter& parameter, std::mt19937_64& random);
-/// The values at its bounds.
+/// Values at the bounds.
 std::vector<std::string> bounds_of(const tofgraph_parameter& parameter);
-/// Values beyond its bounds, and of other kinds: none may be taken.
+/// Values outside the bounds or of other kinds, all of which must be rejected.
 std::vector<std::string> wrong_values(const tofgraph_parameter& parameter);
 
 }  // namespace tofgraph::conformance

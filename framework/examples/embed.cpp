@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs a pipeline from a program of one's own and looks at each cloud: embed PIPELINE NODE
+// Example program that runs a pipeline and examines each cloud: embed PIPELINE NODE
 #include <tofgraph/pcl.hpp>
 #include <tofgraph/pipeline.hpp>
 

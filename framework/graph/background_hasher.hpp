@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The hashes of long inputs, made while frames flow.
+/// @file Computes the hashes of long input files while frames are processed.
 #pragma once
 
 #include "graph/graph.hpp"
@@ -9,7 +9,7 @@
 
 namespace tofgraph::graph {
 
-/// As long as it lives, the hashes of inputs are made beside the run, for the stages that write them at its end.
+/// Hashes the input files in the background, for the stages that write a provenance at the end of the run.
 class BackgroundHasher {
  public:
   explicit BackgroundHasher(Graph& graph)
@@ -22,11 +22,11 @@ class BackgroundHasher {
                 for (const UsedFile& file : graph.nodes()[step]->files()) file.hash->get(stopped);
               }
             }
-          } catch (const std::exception&) {  // who needs the hash asks for it again, and has somebody to tell
+          } catch (const std::exception&) {  // reported when the hash is requested again
           }
         }) {}
 
-  /// From now on hashes are left out of the provenance.
+  /// Leaves the missing hashes out of the provenance from now on.
   void stop() { graph_.host().hashing_stopped = true; }
 
  private:

@@ -11,12 +11,12 @@
 namespace tofgraph::graph {
 namespace {
 
-/// Measured lengths; the truth of a simulation stays known where the camera measured nothing.
+/// Returns whether a channel holds measured lengths. The ground truth of a simulation is kept at bad pixels.
 bool is_length_channel(const tofgraph_frame::Channel& channel) {
   return channel.type == TOFGRAPH_TYPE_F32 && channel.unit == "m" && channel.name != "true_depth";
 }
 
-/// The data of a channel, its own copy where others hold it too.
+/// Returns the data of a channel for writing, copied first if another frame shares the buffer.
 void* own_data(tofgraph_frame& frame, tofgraph_frame::Channel& channel) {
   if (!channel.buffer.unique()) {
     const std::size_t bytes = channel_bytes(channel.type, channel.rank, channel.extent);

@@ -55,7 +55,7 @@ BufferRef BufferPool::lent(void* data, std::size_t bytes, void* owner, void (*re
 
 void BufferPool::put_back(Buffer* buffer) noexcept {
   const std::scoped_lock lock(mutex_);
-  Buffer*& first = free_.find(buffer->capacity)->second;  // is there since get()
+  Buffer*& first = free_.find(buffer->capacity)->second;  // inserted by get()
   buffer->next_free = std::exchange(first, buffer);
 }
 

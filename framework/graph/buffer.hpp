@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Memory of channels: counted references, and a pool that hands the same blocks out again.
+/// @file Reference-counted channel memory, and a pool that reuses blocks.
 #pragma once
 
 #include <atomic>
@@ -15,18 +15,18 @@ namespace tofgraph::graph {
 
 class BufferPool;
 
-/// A block of memory, 64-byte aligned: the pool's, or lent by a plugin.
+/// Memory block, 64-byte aligned: owned by the pool or lent by a plugin.
 struct Buffer {
   void* data = nullptr;
   std::size_t capacity = 0;
   std::atomic<std::uint32_t> references{0};
   BufferPool* pool = nullptr;              ///< owner after the last release; null: lent
-  Buffer* next_free = nullptr;             ///< of the same size, in the pool: giving back must not ask for memory
+  Buffer* next_free = nullptr;             ///< free list of one size; intrusive, so that put_back() cannot fail
   void* owner = nullptr;                   ///< owner of lent memory
   void (*release)(void* owner) = nullptr;  ///< releases lent memory
 };
 
-/// Holds a buffer; the last holder gives it back.
+/// Shared reference to a buffer; the last one returns it to the pool or the lender.
 class BufferRef {
  public:
   BufferRef() = default;
@@ -41,7 +41,7 @@ class BufferRef {
 
   void* data() const { return buffer_->data; }
   std::size_t capacity() const { return buffer_->capacity; }
-  /// Nobody else holds it, and it is the pool's: it may be written.
+  /// Returns whether this is the only reference and the memory is the pool's, so that it may be written.
   bool unique() const { return buffer_->pool != nullptr && buffer_->references.load(std::memory_order_acquire) == 1; }
   explicit operator bool() const { return buffer_ != nullptr; }
 
@@ -52,7 +52,7 @@ class BufferRef {
   Buffer* buffer_ = nullptr;
 };
 
-/// Blocks by size. Thread-safe. Outlives every buffer that it made: whoever keeps one beyond the run keeps the pool.
+/// Pool of blocks by size. Thread-safe. Every buffer keeps its pool alive, also beyond the end of the run.
 class BufferPool : public std::enable_shared_from_this<BufferPool> {
  public:
   BufferPool() = default;
@@ -62,9 +62,9 @@ class BufferPool : public std::enable_shared_from_this<BufferPool> {
 
   /// @returns a buffer of at least `bytes`, content undefined. @throws std::bad_alloc
   BufferRef get(std::size_t bytes);
-  /// A buffer around memory of a plugin.
+  /// Wraps memory of a plugin in a buffer.
   static BufferRef lent(void* data, std::size_t bytes, void* owner, void (*release)(void*));
-  /// Number of blocks ever allocated from the system: constant in the steady state of a graph.
+  /// Number of blocks ever allocated from the system; constant in the steady state of a graph.
   std::size_t allocated() const { return allocated_.load(); }
 
  private:
@@ -72,7 +72,7 @@ class BufferPool : public std::enable_shared_from_this<BufferPool> {
   void put_back(Buffer* buffer) noexcept;
 
   std::mutex mutex_;
-  std::unordered_map<std::size_t, Buffer*> free_;  ///< the first of each size that was ever made
+  std::unordered_map<std::size_t, Buffer*> free_;  ///< first free block by size; an entry for each size ever requested
   std::atomic<std::size_t> allocated_{0};
 };
 

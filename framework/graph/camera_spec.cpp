@@ -10,7 +10,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// Text after the colon, and the parameters that it sets.
+/// Text after the colon and the parameters that it sets.
 struct Kind {
   std::string_view name, backend, file_parameter, example;
 };
@@ -28,7 +28,7 @@ config::Value word(const std::string& text, config::Position at, std::size_t off
   return value;
 }
 
-/// In the one-line form a file's name with blanks stands in quotes.
+/// Quotes a file name with blanks for the one-line form.
 std::string unquoted(std::string text) {
   const bool quoted = text.size() > 1 && text.front() == text.back() && (text.front() == '\'' || text.front() == '"');
   return quoted ? text.substr(1, text.size() - 2) : text;

@@ -17,7 +17,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// The corrections of a distance, in the order in which they are made.
+/// Distance corrections in the order of their application.
 constexpr const char* model_stage = "model_correction";
 constexpr const char* offset_stage = "offset_correction";
 
@@ -25,7 +25,7 @@ bool names_stage(const PipelineSpec& pipeline, std::string_view stage) {
   return std::ranges::find(pipeline.nodes, stage, &NodeSpec::stage) != pipeline.nodes.end();
 }
 
-/// The stage of a node; null: not known or not loadable, which the graph reports.
+/// Returns the stage of a node; null if it is unknown or cannot be loaded, which the graph reports.
 const Plugin* stage_of(const NodeSpec& node, const PluginRegistry& registry) {
   const PluginFile* file = registry.find(node.stage);
   if (file == nullptr || !file->is_stage()) return nullptr;
@@ -54,7 +54,7 @@ bool needs_distance(const Plugin& stage) {
   });
 }
 
-/// Names of the nodes that the corrections are inserted behind.
+/// Names of the nodes behind which the corrections are inserted.
 std::vector<std::string> nodes_to_correct(const PipelineSpec& pipeline, const PluginRegistry& registry) {
   std::vector<std::string> decoders;
   for (const NodeSpec& node : pipeline.nodes) {
@@ -84,7 +84,7 @@ std::string free_name(const PipelineSpec& pipeline, const std::string& stage, co
   return name;
 }
 
-/// Inserts a node behind another one; what read that one reads it.
+/// Inserts a node behind another one and redirects the readers of that node to the new one.
 std::string insert_behind(PipelineSpec& pipeline, const std::string& behind, const std::string& stage,
                           const config::Position& at) {
   NodeSpec node;
@@ -92,7 +92,7 @@ std::string insert_behind(PipelineSpec& pipeline, const std::string& behind, con
   node.stage = stage;
   node.at = node.stage_at = at;
   node.inputs = std::vector<InputSpec>{{"", behind, at}};
-  if (stage == offset_stage) {  // boards of a calibrated camera stand close together
+  if (stage == offset_stage) {  // the boards of a camera's calibration stand close together
     config::Value path;
     path.kind = config::Value::Kind::scalar;
     path.text = "per_path";

@@ -19,7 +19,7 @@ struct Pipeline::Impl {
   std::vector<std::string> settings;
   GraphOptions options;
   std::map<std::string, std::function<void(tofgraph_frame&)>> receivers;
-  std::mutex mutex;  // the runner, which stop() may want from another thread
+  std::mutex mutex;  // guards `runner`: stop() may be called from another thread
   Runner* runner = nullptr;
 
   std::unique_ptr<Graph> build() const {
@@ -36,7 +36,7 @@ struct Pipeline::Impl {
     return graph;
   }
 
-  /// The runner can be stopped from another thread as long as it runs.
+  /// Runs the graph; stop() reaches the runner from another thread meanwhile.
   RunResult run(Runner& now) {
     struct Published {
       Published(Impl& all, Runner& shown) : impl(all) { show(&shown); }

@@ -32,7 +32,7 @@ std::string camera_text(const io::Camera& camera) {
   return text + "\n";
 }
 
-/// The files of the camera's folder with their serial, date and hash, and how the pipeline takes them.
+/// Describes the files of the camera's folder (serial, date, hash) and how the pipeline uses them.
 std::string folder_text(const Graph& graph) {
   const io::CameraFolder& folder = *graph.camera_folder();
   std::string text = fmt::format("    from the folder {}{}{}\n", folder.folder.string(),
@@ -55,7 +55,7 @@ std::string parameters_text(const Node& node) {
   return text;
 }
 
-/// The channels that a node wrote, against those that were there before.
+/// Lists the channels that a node wrote, compared with those of its input.
 void add_changes(std::string& text, const Node& node, const Stream* before) {
   for (const Channel& channel : node.output().channels) {
     if (channel.made_by != node.index || channel.name == "rays") continue;

@@ -69,7 +69,7 @@ void tofgraph_frame::merge(const tofgraph_frame& other,
 namespace tofgraph::graph {
 namespace {
 
-/// A call of the host never throws over the border.
+/// Runs a host call; no exception may cross the C interface.
 template <class Call> int guarded(Call&& call) noexcept {
   try {
     return call() ? TOFGRAPH_STATUS_OK : TOFGRAPH_STATUS_ERROR;
@@ -79,14 +79,14 @@ template <class Call> int guarded(Call&& call) noexcept {
   return TOFGRAPH_STATUS_ERROR;
 }
 
-/// A call that no plugin should make.
+/// Reports a call that a plugin must not make.
 bool refuse(const std::string& why) { throw io::PluginDefect(why); }
 
 template <class... Pointers> void not_null(const char* call, const Pointers*... given) {
   if (((given == nullptr) || ...)) throw io::PluginDefect(std::string("the plugin gave null to ") + call);
 }
 
-/// As much of a view as the other side has room for.
+/// Copies as much of a view as the struct of the other side holds.
 bool fill(tofgraph_view* view, const tofgraph_frame::Channel& channel) {
   const std::uint32_t size = view->size;
   if (size < tofgraph::io::first_size<tofgraph_view>)

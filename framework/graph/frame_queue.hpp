@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Between the source's thread and the graph: frames that wait, frames under way, frames dropped.
+/// @file Queue between the source's thread and the graph: waiting frames, frames in flight, dropped frames.
 #pragma once
 
 #include "graph/frame.hpp"
@@ -23,27 +23,27 @@ struct FrameSlot {
   std::vector<tofgraph_frame> frames;
   std::vector<bool> absent;  ///< per node: no output for this frame
 
-  /// Gives the buffers back.
+  /// Returns the buffers to the pool.
   void clear() {
     for (tofgraph_frame& frame : frames) frame.clear();
   }
 };
 
-/// Holds all tokens of a run. At most `in_flight` are under way in the graph, and at most queue.capacity wait.
-/// Nothing here allocates once it is made. [any thread]
+/// Holds all frame slots of a run. At most `in_flight` are in the graph and at most queue.capacity wait. Allocates only
+/// on construction. [any thread]
 class FrameQueue {
  public:
   FrameQueue(std::size_t nodes, std::size_t in_flight, const Queue& queue, BufferPool& pool);
 
-  /// Waits for a token that the source may fill. @returns null once stopped() says so; wake() makes it ask again
+  /// Waits for a slot that the source may fill. @returns null once stopped() is true; wake() evaluates it again
   FrameSlot* acquire(const std::function<bool()>& stopped);
-  /// A token that was not filled after all.
+  /// Returns a slot that was not filled.
   void put_back(FrameSlot* slot);
-  /// A filled token. @returns what is to go on its way now: this one, one that waited longer, or null
+  /// Accepts a filled slot. @returns the slot to process now: this one, one that has waited longer, or null
   FrameSlot* submit(FrameSlot* slot);
-  /// A token at the end of its way. @returns what is to go on its way in its place, or null
+  /// Accepts a slot that has been processed. @returns the slot to process in its place, or null
   FrameSlot* release(FrameSlot* slot);
-  /// Waits until no frame is under way or waits. @returns false once stopped() says so
+  /// Waits until no frame is in flight or waiting. @returns false once stopped() is true
   bool wait_until_idle(const std::function<bool()>& stopped);
   void wake();
 
@@ -58,7 +58,7 @@ class FrameQueue {
   std::vector<FrameSlot> slots_;
   std::atomic<std::uint64_t> dropped_{0};
 
-  std::mutex mutex_;  // those below
+  std::mutex mutex_;  // guards the members below
   std::condition_variable changed_;
   std::vector<FrameSlot*> free_;
   boost::circular_buffer<FrameSlot*> waiting_;

@@ -25,7 +25,7 @@ namespace {
 
 bool checking = false;
 
-/// A live device does not wait: what comes too late makes room for what is newer.
+/// A live device cannot wait: a full queue drops its oldest frame for the newest.
 Queue default_queue(const Stream& stream) {
   const auto source = nlohmann::json::parse(stream.source);
   Queue queue;
@@ -39,7 +39,7 @@ std::vector<const config::Entry*> pointers(const std::vector<config::Entry>& ent
   return result;
 }
 
-/// Every sink's `overwrite: true`: existing outputs may be replaced.
+/// Sets `overwrite: true` for every sink, so that existing outputs may be replaced.
 bool take_overwrite(std::vector<const config::Entry*>& entries, config::Diagnostics& diagnostics) {
   const auto found = std::ranges::find(entries, "overwrite", [](const config::Entry* entry) { return entry->key; });
   if (found == entries.end()) return false;
@@ -52,7 +52,7 @@ bool take_overwrite(std::vector<const config::Entry*>& entries, config::Diagnost
   return allowed;
 }
 
-/// The entry of `other_serial` for a stage that has this parameter, unless it is written.
+/// Sets `other_serial` for a stage that has this parameter, unless the pipeline sets it.
 std::optional<config::Entry> other_serial_entry(const NodeSpec& spec, const Plugin& stage) {
   constexpr const char* key = "other_serial";
   const bool written = std::ranges::find(spec.parameters, key, &config::Entry::key) != spec.parameters.end();
@@ -61,7 +61,7 @@ std::optional<config::Entry> other_serial_entry(const NodeSpec& spec, const Plug
   return config::Entry{key, spec.at, config::parse_value("true", spec.at)};
 }
 
-/// Hashed once: libraries do not change while they are loaded.
+/// Hash of a library, computed once: libraries do not change while they are loaded.
 const std::string& library_hash(const Plugin& plugin) {
   if (!plugin.hash.empty()) return plugin.hash;
   static std::mutex mutex;
@@ -103,7 +103,7 @@ Graph::Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnos
   if (camera_ && !camera_->file.empty()) host_.inputs.push_back(camera_->file);
   if (camera_ && !camera_->bad_pixels_file.empty()) host_.inputs.push_back(camera_->bad_pixels_file);
   for (const auto& node : nodes_) std::ranges::copy(node->values().files(), std::back_inserter(host_.inputs));
-  // Without the camera that was named, every stage that needs one would complain.
+  // Without the named camera, every stage that needs one would report an error too.
   if (!pipeline.camera || camera_) prepare(options, diagnostics);
   check_outputs(nodes_, diagnostics);
   host_.known_stages = nullptr;
@@ -135,7 +135,7 @@ void Graph::make_nodes(const ResolvedPipeline& written, const GraphOptions& opti
   }
 }
 
-/// A channel of the k-th input, beside those that are there. With ports by name each reads its own.
+/// Adds a channel of the k-th input to the existing ones. With named ports each reads its own.
 bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel, Stream& all) {
   const Channel* mine = all.find(channel.name);
   const InputSpec& input = input_specs_[node][k];
@@ -147,7 +147,7 @@ bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel
       const std::vector<std::string> names = alternatives(port);
       return input.port == port.name && std::ranges::find(names, channel.name) != names.end();
     };
-    if (std::ranges::none_of(self.stage().own_ports, reads)) return true;  // the frame is the first input's
+    if (std::ranges::none_of(self.stage().own_ports, reads)) return true;  // the frame of the first input is used
     Channel own = channel;
     own.name = alias_of(channel.name, input.port);
     aliases_[node][k].emplace_back(channel.name, own.name);
@@ -158,7 +158,7 @@ bool Graph::join_channel(std::size_t node, std::size_t k, const Channel& channel
   return true;
 }
 
-/// The channels that two streams both bring, in one message.
+/// Reports the channels that two inputs have in common, in one message.
 void Graph::tell_collisions(std::size_t node, std::size_t k, const Stream& all, const std::vector<std::string>& names,
                             config::Diagnostics& diagnostics) const {
   const InputSpec& input = input_specs_[node][k];
@@ -196,7 +196,7 @@ Stream Graph::joined(std::size_t node, config::Diagnostics& diagnostics, bool& r
   return all;
 }
 
-/// {port: node}: the node must give what the port reads.
+/// Checks {port: node}: the node must provide the channels that the port reads.
 bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics) const {
   const Node& self = *nodes_[node];
   bool right = true;
@@ -230,7 +230,7 @@ bool Graph::ports_are_served(std::size_t node, config::Diagnostics& diagnostics)
   return right;
 }
 
-/// Creates and prepares node by node; what reads a node that failed is passed over, so that a mistake is told once.
+/// Creates and prepares the nodes in order. Readers of a failed node are skipped, so that an error is reported once.
 void Graph::prepare(const GraphOptions& options, config::Diagnostics& diagnostics) {
   std::vector<bool> good(nodes_.size(), false);
   for (std::size_t i = 0; i < nodes_.size(); ++i) {

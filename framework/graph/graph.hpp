@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The graph: nodes with what they read, checked as a whole before the first frame.
+/// @file The graph: nodes and their inputs, checked as a whole before the first frame.
 #pragma once
 
 #include "graph/node.hpp"
@@ -18,8 +18,8 @@
 namespace tofgraph::graph {
 
 struct GraphOptions {
-  std::vector<std::filesystem::path> plugin_folders;  ///< all of them: plugin_path()
-  std::vector<const Plugin*> own_stages;              ///< of this program itself: they win over files
+  std::vector<std::filesystem::path> plugin_folders;  ///< complete list: plugin_path()
+  std::vector<const Plugin*> own_stages;              ///< built into this program; they take precedence over files
   bool overwrite = false;
   bool other_serial = false;  ///< sets the parameter `other_serial` of every stage that has it
   std::function<void(const std::string& node, const std::string& text, bool warning)> message;
@@ -29,28 +29,28 @@ class ResolvedPipeline;
 
 class Graph {
  public:
-  /// Builds and checks. Mistakes go to the diagnostics; the graph may only run when there are none.
+  /// Builds and checks. Errors go to the diagnostics; the graph may run only if there are none.
   Graph(PipelineSpec pipeline, const GraphOptions& options, config::Diagnostics& diagnostics);
   ~Graph();
 
-  /// In an order in which each node comes after those it reads; the source is first.
+  /// Nodes in an order in which each follows its inputs; the source is first.
   std::span<const std::unique_ptr<Node>> nodes() const { return nodes_; }
   /// Indices of the nodes that a node reads.
   const std::vector<std::size_t>& inputs(std::size_t node) const { return inputs_[node]; }
   const Queue& queue() const { return queue_; }
   const std::string& name() const { return name_; }
   Host& host() { return host_; }
-  /// The folder of the pipeline's camera; null: it has none.
+  /// Folder of the pipeline's camera; null if it has none.
   const io::CameraFolder* camera_folder() const { return camera_ ? camera_->folder.get() : nullptr; }
-  /// Nodes that were inserted for the calibrations of the camera's folder, and calibrations that no node takes.
+  /// Nodes inserted for the calibrations of the camera's folder, and calibrations that no node uses.
   const std::vector<std::string>& camera_notes() const { return camera_notes_; }
   /// Renamed channels of the k-th input of a node, for a named port.
   const std::vector<std::pair<std::string, std::string>>& aliases(std::size_t node, std::size_t k) const {
     return aliases_[node][k];
   }
-  /// Indices of the nodes whose work is in the frames that reach a node.
+  /// Indices of the nodes that contribute to the frames that reach a node.
   std::set<std::size_t> steps_to(std::size_t node) const;
-  /// Processing of the frames that reach a node, as data.
+  /// Processing history of the frames that reach a node, as JSON.
   nlohmann::json provenance(std::size_t node) const;
 
  private:
@@ -71,12 +71,12 @@ class Graph {
   std::vector<std::vector<std::size_t>> inputs_;
   std::vector<std::vector<InputSpec>> input_specs_;
   std::vector<std::vector<std::vector<std::pair<std::string, std::string>>>> aliases_;  ///< node, input, channels
-  std::vector<bool> usable_;                                                            ///< whose parameters were right
-  std::optional<Queue> written_queue_;                                                  ///< source's
+  std::vector<bool> usable_;                                                            ///< parameters valid, per node
+  std::optional<Queue> written_queue_;                                                  ///< queue of the source
   Queue queue_;
 };
 
-/// Reads, builds and checks a pipeline file or line. @throws ConfigurationError with every mistake.
+/// Reads, builds and checks a pipeline file or line. @throws ConfigurationError listing all errors.
 std::unique_ptr<Graph> build_graph(const config::Value& document, const std::vector<std::string>& settings,
                                    const GraphOptions& options, config::Diagnostics& diagnostics);
 

@@ -16,7 +16,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// @throws std::runtime_error what the plugin said
+/// @throws std::runtime_error the plugin's error message
 void fail(const Plugin& plugin, const char* otherwise) {
   if (last_failure().defect) throw BrokenPromise(last_failure().message(plugin));
   throw std::runtime_error(last_failure().text.empty() ? otherwise : last_failure().text);
@@ -26,7 +26,7 @@ void forget_failure() {
   if (Failure& failure = last_failure(); !failure.text.empty()) failure = {};
 }
 
-/// A call that went well by its status and said what went wrong is one that did not.
+/// A call that reports success but sets an error message has failed.
 std::optional<Failure> outcome(int status, const char* otherwise) {
   Failure failure = std::exchange(last_failure(), {});
   if (status == TOFGRAPH_STATUS_OK && failure.text.empty()) return std::nullopt;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What plugins ask of the host, over the border.
+// Calls of plugins to the host through the plugin interface.
 #include "config/json_text.hpp"
 #include "config/paths.hpp"
 #include "graph/instance.hpp"
@@ -19,11 +19,11 @@
 
 namespace tofgraph::graph {
 
-/// The calls; `context` is the instance.
+/// Host calls; `context` is the instance.
 struct HostCalls {
   static Instance& instance(void* context) { return *static_cast<Instance*>(context); }
 
-  /// Nothing that the host throws may pass the border.
+  /// Runs a host call; no exception may cross the C interface.
   template <class Call> static int guarded(Call&& call) noexcept {
     try {
       call();
@@ -34,7 +34,7 @@ struct HostCalls {
     return TOFGRAPH_STATUS_ERROR;
   }
 
-  /// The stream that the running prepare shapes.
+  /// Returns the stream that the running prepare call changes.
   static OutputStream& output_stream(Instance& self, const char* service) {
     if (self.output_stream_ != nullptr) return *self.output_stream_;
     throw io::PluginDefect(
@@ -48,7 +48,7 @@ struct HostCalls {
 
   static void fail(void*, const char* parameter, const char* text) {
     guarded([&] {
-      if (last_failure().defect) return;  // the cause of what the plugin is about to say
+      if (last_failure().defect) return;  // the cause of the error that the plugin is about to report
       last_failure() = {parameter != nullptr ? parameter : "", text != nullptr ? text : ""};
     });
   }
@@ -103,7 +103,7 @@ struct HostCalls {
     guarded([&] {
       Instance& self = instance(context);
       OutputStream& leaves = output_stream(self, "set_camera");
-      // What an older plugin does not know stays that of the camera that arrives.
+      // Fields unknown to an older plugin keep the values of the incoming camera.
       const tofgraph_camera arriving = leaves.stream.camera ? leaves.stream.camera->view() : tofgraph_camera{};
       tofgraph_camera changed = io::host_sized(*needed(camera, "a camera"), arriving);
       needed(changed.name, "a camera's name");
@@ -113,7 +113,7 @@ struct HostCalls {
         static_cast<void>(
             usable(needed(changed.exposures, "a camera's exposures"), changed.exposure_size, changed.exposure_count));
       const std::string profile = follows_its_lens(changed) ? io::profile_text(changed) : "";
-      changed.profile = profile.c_str();  // the text that came with it is of the camera before the change
+      changed.profile = profile.c_str();  // the text describes the camera before the change
       auto made = std::make_shared<io::Camera>(changed);
       if (leaves.stream.camera) made->keep_bad_pixels(*leaves.stream.camera);
       leaves.own_camera = leaves.stream.camera = std::move(made);
@@ -125,7 +125,7 @@ struct HostCalls {
     });
   }
 
-  /// Returns whether the rays are those of the lens model, to a millionth of a radian.
+  /// Returns whether the rays agree with the lens model to 1e-6 rad.
   static bool follows_its_lens(const tofgraph_camera& camera) {
     if (camera.rays == nullptr) return true;
     tofgraph_camera lens = camera;
@@ -222,7 +222,7 @@ struct HostCalls {
                ? self.provenance_.c_str()
                : "{}";
   }
-  /// Asks the run, and gives the answer or the reason to the plugin.
+  /// Asks the run and passes the answer or the error to the plugin.
   template <class Ask> static int ask_run(void* context, void (*take)(void*, const char*), void* user, Ask&& ask) {
     std::string text;
     bool fine = false;

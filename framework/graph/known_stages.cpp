@@ -11,7 +11,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-constexpr std::size_t longest_way = 3;  // stages one after the other; more would help nobody
+constexpr std::size_t longest_way = 3;  // longest chain of stages that is worth suggesting
 
 bool has(const Names& names, const std::string& name) { return std::ranges::find(names, name) != names.end(); }
 
@@ -25,14 +25,14 @@ Names words(const nlohmann::json& object, const char* key, char separator = ' ')
   return split_words(text);
 }
 
-/// Inputs that a stage requires; of ports that are all optional, one.
+/// Required inputs of a stage; if all ports are optional, one of them.
 std::vector<Names> needed_by(const nlohmann::json& stage) {
   std::vector<Names> needed;
   Names any;
   for (const nlohmann::json& port : stage.at("ports")) {
     Names channels = words(port, "channel", '|');
     if (port.at("direction") == "out" || channels.front() == "*") continue;
-    if (channels.size() > 1) std::erase(channels, "distance");  // a half path in place of a length: only when assumed
+    if (channels.size() > 1) std::erase(channels, "distance");  // a half path for a length: only if assumed
     if (!port.value("optional", false))
       needed.push_back(std::move(channels));
     else if (port.at("direction") == "in")
@@ -44,7 +44,7 @@ std::vector<Names> needed_by(const nlohmann::json& stage) {
 
 }  // namespace
 
-/// The filters; what they change only, or make only sometimes, leads nowhere.
+/// Filters. Channels that they only change, or make only sometimes, are not used for advice.
 const std::vector<KnownStages::Step>& KnownStages::steps() const {
   if (steps_) return *steps_;
   steps_.emplace();
@@ -74,7 +74,7 @@ Names KnownStages::added_by(const std::string& stage) const {
   return {};
 }
 
-/// "'decode' (four_phase_decoder)" where the pipeline has such a node, else all the stages that would do.
+/// "'decode' (four_phase_decoder)" if the pipeline has such a node, else all suitable stages.
 std::string KnownStages::named(const Names& stages) const {
   Names nodes;
   for (const NodeSpec& node : nodes_) {
@@ -86,7 +86,7 @@ std::string KnownStages::named(const Names& stages) const {
   return text;
 }
 
-/// Stages that make one of the channels from what is there.
+/// Stages that compute one of the channels from the available ones.
 Names KnownStages::makers_of(const Names& channels, const Names& have, const std::string& except) const {
   Names makers;
   for (const Step& step : steps()) {
@@ -96,7 +96,7 @@ Names KnownStages::makers_of(const Names& channels, const Names& have, const std
   return makers;
 }
 
-/// The channels that the first of some stages reads and that are not there.
+/// Missing channels that the first of the given stages reads.
 Names KnownStages::missing_for(const Names& stages, const Names& have) const {
   Names missing;
   for (const Step& step : steps()) {
@@ -109,9 +109,9 @@ Names KnownStages::missing_for(const Names& stages, const Names& have) const {
 }
 
 std::string KnownStages::way_to(const Names& channels, const Stream& stream, const std::string& stage) const {
-  std::vector<Names> have(1);  // what is there after so many stages
+  std::vector<Names> have(1);  // available channels, by number of stages
   for (const Channel& channel : stream.channels) have.front().push_back(channel.name);
-  std::vector<Names> way;  // the last one first
+  std::vector<Names> way;  // in reverse order
   while (way.empty()) {
     const Names makers = makers_of(channels, have.back(), stage);
     if (!makers.empty()) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Declarations of the stages on the search path, for advice on stages that provide a missing channel.
+/// @file Declarations of the stages on the search path, for advice on which stage provides a missing channel.
 #pragma once
 
 #include "graph/pipeline.hpp"
@@ -14,16 +14,16 @@
 
 namespace tofgraph::graph {
 
-/// Descriptors are read when the first question is asked: a graph without mistakes asks none.
+/// Descriptors are read at the first query: a graph without errors makes none.
 class KnownStages {
  public:
-  /// Both must live as long as this. @param nodes of the pipeline: a stage that is there already is named by its node
+  /// Both must outlive this object. @param nodes of the pipeline: a stage in use is named by its node
   KnownStages(const PluginRegistry& registry, const std::vector<NodeSpec>& nodes)
       : registry_(registry), nodes_(nodes) {}
 
-  /// Stages to insert before a node of this stage to obtain one of these channels; empty if none provides them.
+  /// Stages to insert before a node of this stage to obtain one of these channels; empty if there are none.
   std::string way_to(const std::vector<std::string>& channels, const Stream& stream, const std::string& stage) const;
-  /// The words that a stage adds to the history of what it makes; none for a stage that is not known.
+  /// Words that a stage adds to the history of its outputs; none for an unknown stage.
   std::vector<std::string> added_by(const std::string& stage) const;
 
  private:

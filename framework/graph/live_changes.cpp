@@ -83,7 +83,7 @@ void LiveChanges::apply(std::uint64_t frame) {
 
 void LiveChanges::settle(Request& request, std::uint64_t frame) {
   Node& node = *request.node;
-  // Made from the values of now: an earlier request of the same node may have changed others.
+  // Uses the current values: an earlier request for the same node may have changed others.
   config::Diagnostics mistakes;
   ParameterValues values = node.values().with(live_parameter(node, request.parameter), request.value, mistakes);
   if (!mistakes.ok()) {
@@ -101,7 +101,7 @@ void LiveChanges::settle(Request& request, std::uint64_t frame) {
 }
 
 void LiveChanges::keep(const Request& request, nlohmann::json entry) {
-  if (!request.problem.empty() && !request.told_pending) return;  // the answer to the request says so
+  if (!request.problem.empty() && !request.told_pending) return;  // reported in the answer to the request
   entry.update({{"node", request.node->name}, {"parameter", request.parameter}, {"value", request.value}});
   if (!request.problem.empty()) entry["problem"] = request.problem;
   done_.push_back(std::move(entry));
@@ -125,7 +125,7 @@ nlohmann::json LiveChanges::parameters(const Node& node) const {
   const std::scoped_lock lock(mutex_);
   nlohmann::json all = nlohmann::json::array();
   for (const tofgraph_parameter& p : std::span(node.stage().own_parameters)) {
-    if ((p.flags & TOFGRAPH_PARAMETER_LIVE) == 0) continue;  // the others may hold paths and addresses
+    if ((p.flags & TOFGRAPH_PARAMETER_LIVE) == 0) continue;  // others may contain paths and addresses
     const auto index = static_cast<std::size_t>(&p - node.stage().own_parameters.data());
     const tofgraph_value& value = node.values().data()[index];
     all.push_back({{"name", p.name},

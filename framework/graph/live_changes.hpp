@@ -17,22 +17,22 @@
 
 namespace tofgraph::graph {
 
-/// Passes changes from any thread to the thread of the source, which makes them while no frame is under way. So each
-/// frame is computed with one set of values as a whole, and the number of the first frame with the new one is known.
+/// Passes changes from any thread to the source's thread, which applies them while no frame is in flight. Each frame is
+/// thus computed with one consistent set of values, and the number of the first frame with the new value is known.
 class LiveChanges {
  public:
   explicit LiveChanges(Graph& graph) : graph_(graph) {}
 
-  /// Asks for a change and waits for it. [any thread] @param value as written in a pipeline
-  /// @returns "node", "parameter", "value" and "frame", the first frame with it; "pending" instead of "frame" when the
-  /// source delivered nothing for 2 s. @throws std::runtime_error why it was refused
+  /// Requests a change and waits for it. [any thread] @param value as written in a pipeline
+  /// @returns "node", "parameter", "value" and "frame", the first frame with it; "pending" instead of "frame" if the
+  /// source delivered nothing for 2 s. @throws std::runtime_error the reason for a refusal
   nlohmann::json request(const std::string& node, const std::string& parameter, const std::string& value);
 
-  /// Returns whether changes wait. [thread of the source]
+  /// Returns whether changes are waiting. [thread of the source]
   bool pending() const { return pending_.load(); }
-  /// Makes the changes that wait. [thread of the source, while no frame is under way] @param frame the next number
+  /// Applies the waiting changes. [thread of the source, no frame in flight] @param frame the next number
   void apply(std::uint64_t frame);
-  /// Refuses what waits and what comes: the run is over.
+  /// Refuses waiting and further changes because the run is over.
   void end();
 
   /// LIVE parameters with their values. [any thread]
@@ -50,19 +50,19 @@ class LiveChanges {
 
   Node& node_named(const std::string& name) const;
   void settle(Request& request, std::uint64_t frame);
-  /// Keeps a change, or its refusal, of which the one who asked is not told any more.
+  /// Records a change or refusal that can no longer be reported to the caller.
   void keep(const Request& request, nlohmann::json entry);
 
   Graph& graph_;
   std::atomic<bool> pending_ = false;
-  mutable std::mutex mutex_;  // those below, and the values of the nodes
+  mutable std::mutex mutex_;  // guards the members below and the values of the nodes
   std::condition_variable settled_;
   std::vector<std::shared_ptr<Request>> waiting_;
   nlohmann::json done_ = nlohmann::json::array();
   bool ended_ = false;
 };
 
-/// Nodes with what they read, hand on, their LIVE parameters and times; the changes so far. [any thread]
+/// Returns the nodes with inputs, outputs, LIVE parameters and times, and the changes so far. [any thread]
 nlohmann::json state_json(const Graph& graph, std::span<const TimeHistogram> times, const LiveChanges& changes);
 
 }  // namespace tofgraph::graph

@@ -16,7 +16,7 @@
 
 namespace tofgraph::graph {
 
-/// The border's view of a stream, and the texts that it points to.
+/// C view of a stream, and the texts that it points to.
 struct Node::BorderStream {
   BorderStream(const Stream& stream, const std::string& from, const std::vector<const Channel*>& bound_channels) {
     words.resize(stream.channels.size() * 2);
@@ -80,7 +80,7 @@ bool Node::create(config::Diagnostics& diagnostics) {
   return false;
 }
 
-/// @returns true when nothing failed
+/// @returns true on success
 bool Node::tell(const std::optional<Failure>& failure, config::Diagnostics& diagnostics) {
   if (!failure) return true;
   const config::Position where = failure->parameter.empty() ? at : values_.position_of(failure->parameter);
@@ -143,14 +143,14 @@ bool Node::prepare(const std::vector<const Stream*>& inputs, const std::vector<s
     const tofgraph_camera& camera = output().camera->view();
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};
     rays_ = BufferPool::lent(const_cast<float*>(camera.rays), channel_bytes(TOFGRAPH_TYPE_F32, 3, extent),
-                             new io::CameraPtr(output().camera),  // whoever keeps a frame keeps its camera
+                             new io::CameraPtr(output().camera),  // a shared frame keeps its camera
                              [](void* owner) { delete static_cast<io::CameraPtr*>(owner); });
   }
   return true;
 }
 
-/// Nothing may be written over what is read meanwhile. Asked before the stage itself is, which would only say that the
-/// file exists.
+/// Rejects outputs that overwrite a file being read. Checked before the stage is prepared, which would only report that
+/// the file exists.
 bool Node::outputs_avoid_inputs(config::Diagnostics& diagnostics) {
   bool right = true;
   for (std::size_t i = 0; i < stage().parameter_count; ++i) {
@@ -161,13 +161,13 @@ bool Node::outputs_avoid_inputs(config::Diagnostics& diagnostics) {
     try {
       const std::string problem = io::input_problem(io::OutputPattern(path, values_.text_of(p.name)), host_.inputs);
       if (!problem.empty()) right = tell(Failure{p.name, problem}, diagnostics);
-    } catch (const std::runtime_error&) {  // not a pattern: told where the files are chosen
+    } catch (const std::runtime_error&) {  // invalid pattern: reported where the files are chosen
     }
   }
   return right;
 }
 
-/// The names of what the node writes, and whether it may. @param frames how many come, 0: unknown
+/// Chooses the output file names and checks them. @param frames number expected, 0 if unknown
 bool Node::choose_files(std::uint64_t frames, config::Diagnostics& diagnostics) {
   bool right = true;
   outputs_.resize(stage().parameter_count);
@@ -199,7 +199,7 @@ bool Node::choose_files(std::uint64_t frames, config::Diagnostics& diagnostics) 
   return right;
 }
 
-/// Raw images are as many as the exposures that are said of them.
+/// Checks that there are as many raw images as announced exposures.
 bool Node::check_exposures(config::Diagnostics& diagnostics) const {
   const std::size_t count = output().all_exposures().size();
   for (const Channel& channel : output().channels) {
@@ -220,7 +220,7 @@ bool Node::check_exposures(config::Diagnostics& diagnostics) const {
   return true;
 }
 
-/// A recording names the stages that its channels went through; what these count as is known from their declarations.
+/// A recording names the stages that processed its channels; their corrections are known from their declarations.
 void Node::complete_history() {
   if (host_.known_stages == nullptr) return;
   for (Channel& channel : output_stream_.stream.channels) {
@@ -234,7 +234,7 @@ void Node::complete_history() {
   }
 }
 
-/// Images that were announced before the source chose camera and exposures have the size that these give them.
+/// Sets the size of images that were announced before the source chose camera and exposures.
 void Node::size_images() {
   for (const tofgraph_port& port : stage().own_ports) {
     Channel* channel = output_stream_.stream.find(port.channel);
@@ -246,7 +246,7 @@ void Node::size_images() {
   }
 }
 
-/// The rays travel as a channel, so that what is computed from them is known.
+/// The rays are passed on as a channel, so that the origin of derived channels is known.
 void Node::announce_rays() {
   const tofgraph_camera& camera = output().camera->view();
   Channel rays;
@@ -258,7 +258,7 @@ void Node::announce_rays() {
   output_stream_.stream.channels.push_back(std::move(rays));
 }
 
-/// The pixels that the camera's map names, or a warning where the map is not found and no flags came with the frames.
+/// Bad pixels from the camera's map; a warning if the map is not found and the frames bring no flags.
 void Node::announce_bad_pixels(config::Diagnostics& diagnostics) {
   const io::CameraPtr& camera = output().camera;
   if (!camera) return;
@@ -306,7 +306,7 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
     throw BrokenPromise("the sink returned that nothing leaves it, as only a source or filter may");
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
-  if (output_stream_.own_camera || (is_source() && output().camera)) {  // the rays of the camera that leaves
+  if (output_stream_.own_camera || (is_source() && output().camera)) {  // rays of the outgoing camera
     const tofgraph_camera& camera = output().camera->view();
     tofgraph_frame::Channel& rays = frame.slot("rays");
     const std::uint64_t extent[4] = {camera.height, camera.width, 3, 0};

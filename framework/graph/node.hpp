@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A node: one stage of the graph, its contract kept from both sides.
+/// @file A node: one stage of the graph, with its contract checked on both sides.
 #pragma once
 
 #include "config/document.hpp"
@@ -21,18 +21,18 @@ class Node {
   Node(std::size_t index, std::string name, config::Position at, const Plugin& plugin, ParameterValues values,
        Host& host);
 
-  /// Makes the stage and asks it what leaves. Mistakes go to the diagnostics, with their place.
+  /// Creates the stage and queries its outputs. Errors go to the diagnostics, with their position.
   bool create(config::Diagnostics& diagnostics);
   bool prepare(const std::vector<const Stream*>& inputs, const std::vector<std::string>& input_names,
                config::Diagnostics& diagnostics);
 
-  /// True if one of the mistakes is a bug in the plugin, not a value that it refuses.
+  /// True if one of the errors is a bug in the plugin, not a value that it refuses.
   bool has_defect() const { return defect_; }
 
-  /// Runs the stage on one frame. @returns false when nothing leaves: a source has no more. @throws std::runtime_error
-  /// what went wrong, a frame that is not as announced included.
+  /// Runs the stage on one frame. @returns false if there is no output: a source has ended. @throws std::runtime_error
+  /// the error, including a frame that differs from what was announced.
   bool process(tofgraph_frame* const* frames, std::size_t count);
-  /// Takes other values of live parameters, while no frame is in this node. @returns why the old ones stay
+  /// Changes live parameters while no frame is in this node. @returns the reason if the old values are kept
   std::optional<Failure> change(ParameterValues values);
   void finish() { instance_.finish(); }  ///< @throws std::runtime_error
   void stop() { instance_.stop(); }
@@ -47,17 +47,17 @@ class Node {
   const config::Position at;
   const Plugin& stage() const { return instance_.plugin(); }
   const ParameterValues& values() const { return values_; }
-  /// Parameters at the start of the run, as they were written; and the changes since, with the first frame of each.
+  /// Parameters at the start of the run, as written, and later changes with the first frame of each.
   const nlohmann::json& first_parameters() const { return changes_.empty() ? values_.shown() : first_parameters_; }
   const nlohmann::json& changes() const { return changes_; }
   void add_change(nlohmann::json change) { changes_.push_back(std::move(change)); }
   const Stream& output() const { return output_stream_.stream; }
   const std::vector<UsedFile>& files() const { return instance_.files(); }
   const std::vector<std::string>& notes() const { return instance_.notes(); }  ///< stage's, for `explain`
-  /// The files of each parameter that names some, at its place; without text: none.
+  /// Files of each parameter that names some, indexed by parameter; empty text: none.
   const std::vector<io::OutputPattern>& outputs() const { return outputs_; }
   void set_overwrite(bool allowed);
-  /// From now on each call of process() is watched: it fails when the stage does to a frame what it may not.
+  /// Validates each call of process() from now on: it fails if the stage violates the contract for a frame.
   void set_validating() { validating_ = true; }
   bool wants_provenance() const { return instance_.wants_provenance(); }
   void set_provenance(std::function<std::string()> make) { instance_.set_provenance(std::move(make)); }
@@ -95,7 +95,7 @@ class Node {
   std::vector<io::OutputPattern> outputs_;
   BufferRef rays_;                    ///< rays of the outgoing camera, if this node chose it
   BadPixels bad_pixels_;              ///< camera's, if this node is a source
-  std::vector<std::string> aliases_;  ///< channels that are there for a named port, and do not leave
+  std::vector<std::string> aliases_;  ///< channels for a named port only, not passed on
   bool overwrite_, validating_ = false, defect_ = false;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The meaning of ports against the meaning of channels: what a node may read, change and make.
+// Checks the ports of a node against the channels of its input: meaning, and which it may read, change and create.
 #include "graph/known_stages.hpp"
 #include "graph/node.hpp"
 
@@ -26,7 +26,7 @@ std::string names_of(const Stream& stream) {
   return names.empty() ? "nothing" : joined(names, ", ");
 }
 
-/// "4 x 2 x 132 x 176": a port's shape with the sizes that are known.
+/// "4 x 2 x 132 x 176": a port's shape with the known sizes.
 std::string shape_text(const tofgraph_port& port, const Stream& stream) {
   std::string text;
   for (const std::string& word : split_words(port.shape)) {
@@ -150,7 +150,7 @@ std::vector<std::string> Node::names_made() const {
   return names;
 }
 
-/// Advice on reading a recording without a channel of the source that conflicts.
+/// Advice on excluding a conflicting channel of a recording when it is read.
 std::string Node::without_recorded(const Stream& stream, const std::vector<std::string>& unwanted) const {
   std::vector<std::string> others;
   for (const Channel& channel : stream.channels) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The files that the running call of a plugin has begun: they appear whole when it went well, or not at all.
+/// @file Output files begun by the running call of a plugin: they appear complete on success, or not at all.
 #pragma once
 
 #include "io/output_file.hpp"
@@ -13,13 +13,13 @@ namespace tofgraph::graph {
 
 class OpenOutputs {
  public:
-  /// @param once a run: it is on the disk before it has its name, which costs milliseconds
-  /// @returns the temporary name, which lives until the call is over. @throws std::runtime_error
+  /// @param once written once per run: synced to disk before it is renamed, which costs milliseconds
+  /// @returns the temporary name, valid until the call ends. @throws std::runtime_error
   const char* open(const std::filesystem::path& path, bool once) {
     files_.push_back({std::make_unique<io::OutputFile>(path), once});
     return files_.back().file->temporary_path().c_str();
   }
-  /// Gives all their final names. @throws std::runtime_error
+  /// Renames all to their final names. @throws std::runtime_error
   void commit() {
     if (files_.empty()) return;
     const std::vector<Open> files = std::move(files_);
@@ -49,13 +49,13 @@ class OpenOutputs {
   bool accepting_ = false;
 };
 
-/// Those of this thread.
+/// Open outputs of this thread.
 inline OpenOutputs& open_outputs() {
   thread_local OpenOutputs outputs;
   return outputs;
 }
 
-/// A call in which outputs may be begun; what it has not committed at its end is removed.
+/// Scope of a call in which outputs may be begun; those not committed at its end are removed.
 class OutputScope {
  public:
   OutputScope() { open_outputs().accepting_ = true; }

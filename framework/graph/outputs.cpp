@@ -16,10 +16,10 @@ struct Claim {
   const Node* node;
   const char* parameter;
   io::OutputPattern files;
-  bool companion = false;  ///< a file beside the others, which says the same whichever node writes it
+  bool companion = false;  ///< companion file with the same content whichever node writes it
 };
 
-/// With the folder by its one name, whatever links lead to it.
+/// Canonical path of the folder, with links resolved.
 io::OutputPattern resolved(const io::OutputPattern& files) {
   std::error_code error;
   const auto folder = std::filesystem::weakly_canonical(files.folder(), error);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Comparison of the outputs of a graph's nodes: no two write the same file.
+/// @file Comparison of the output files of a graph's nodes: no two may write the same file.
 #pragma once
 
 #include "graph/node.hpp"
@@ -11,15 +11,15 @@
 
 namespace tofgraph::graph {
 
-/// The files that a node may write, and those that stand beside them.
+/// Files that a node may write, and their companions.
 std::vector<io::OutputPattern> output_files(const Node& node);
 
-/// Indices of the other nodes whose files have a companion in common with those of a node: it describes them all.
+/// Indices of the other nodes that share a companion file with a node; the companion describes all of their files.
 std::vector<std::size_t> nodes_with_same_companion(std::span<const std::unique_ptr<Node>> nodes, std::size_t node);
 
-/// Reports each node whose output files can have the name of another's; companions may be shared. The files are those
-/// of the parameters of kind OUTPUT_FILE, and what stands beside them: the `choices` of such a parameter are the
-/// endings of its companions (io::OutputPattern::companion), e.g. ".provenance.json".
+/// Reports each node whose output files may coincide with another's; companions may be shared. Compared are the files
+/// of the parameters of kind OUTPUT_FILE and their companions: the `choices` of such a parameter are the endings of its
+/// companions (io::OutputPattern::companion), e.g. ".provenance.json".
 void check_outputs(std::span<const std::unique_ptr<Node>> nodes, config::Diagnostics& diagnostics);
 
 }  // namespace tofgraph::graph

@@ -18,7 +18,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// Effective size of a number whose default is zero, as of an effect that is off; NaN: unknown.
+/// Effective size of a number whose default is zero, e.g. of a disabled effect; NaN: unknown.
 double usual_size(const tofgraph_parameter& p) {
   if (p.kind != TOFGRAPH_KIND_NUMBER) return std::numeric_limits<double>::quiet_NaN();
   if (!std::isnan(p.typical)) return p.typical;
@@ -71,13 +71,13 @@ std::string range_text(const tofgraph_parameter& p) {
   return fmt::format("{} to {}", config::format_quantity(p.minimum, unit), config::format_quantity(p.maximum, unit));
 }
 
-/// Outside the bounds: what to say; else empty.
+/// Error message for a value outside the bounds; else empty.
 std::string range_problem(const tofgraph_parameter& p, double value) {
   return value < p.minimum || value > p.maximum ? fmt::format("is out of range: {} is allowed", range_text(p))
                                                 : std::string();
 }
 
-/// Relative to the file that holds the value.
+/// Resolves a path against the folder of the file that holds the value.
 std::string absolute_path(const config::Value& value, const std::string& text) {
   const auto base = value.at.source ? value.at.source->base : std::filesystem::path{};
   return std::filesystem::absolute(base / text).lexically_normal().string();
@@ -100,7 +100,7 @@ std::string list_text(const config::Value& list) {
   return text.empty() ? "[]" : text + "]";
 }
 
-/// The nearest parameter, or key that every node has; where none is near, the parameters.
+/// The nearest parameter or common node key; if none is similar, the list of parameters.
 std::string advice(const tofgraph_descriptor& stage, const std::string& key, const std::vector<std::string>& names) {
   std::vector<std::string> known = names;
   const std::string_view kind = stage.kind;
@@ -251,7 +251,7 @@ std::string ParameterValues::parse_numbers(const tofgraph_parameter& p, const co
   return problem;
 }
 
-/// Parses a single word or path, a whole number or a truth value.
+/// Parses a single word or path, an integer or a boolean.
 std::string ParameterValues::parse_text(const tofgraph_parameter& p, const config::Value& value,
                                         const std::string& text, tofgraph_value& out) {
   switch (p.kind) {
@@ -284,7 +284,7 @@ std::string ParameterValues::parse_text(const tofgraph_parameter& p, const confi
   }
 }
 
-/// A file, or {file, dataset, unit}: the values of the pixels, read here and once.
+/// Reads the pixel values of a file, or of {file, dataset, unit}, once.
 void ParameterValues::parse_image(const tofgraph_parameter& p, const config::Value& value, tofgraph_value& out,
                                   config::Diagnostics& diagnostics) {
   std::string file, dataset, unit;

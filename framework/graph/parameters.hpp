@@ -17,28 +17,28 @@
 
 namespace tofgraph::graph {
 
-/// true, yes, on and their opposites. @returns whether the text is one of them
+/// Parses true, yes, on and their opposites. @returns whether the text is one of them
 bool parse_bool(const std::string& text, bool& value);
 
-/// The values of one node's parameters, in the order of the declaration; owns their texts.
+/// Parameter values of one node in the order of the declaration; owns their texts.
 class ParameterValues {
  public:
-  /// Every mistake goes to the diagnostics: unknown name, wrong kind, unit or range, missing value.
+  /// Errors go to the diagnostics: unknown name, wrong kind, unit or range, missing value.
   /// @param written the node's keys that are not reserved
-  /// @param at where the node is, for what is missing
+  /// @param at position of the node, for missing values
   ParameterValues(const tofgraph_descriptor& stage, std::vector<const config::Entry*> written,
                   const config::Position& at, config::Diagnostics& diagnostics);
 
-  /// These values with another one of a parameter, written as in a pipeline.
+  /// Returns these values with one parameter changed; the new value is written as in a pipeline.
   ParameterValues with(const tofgraph_parameter& parameter, const std::string& text,
                        config::Diagnostics& diagnostics) const;
 
   const tofgraph_value* data() const { return values_.data(); }
-  /// As they were written, defaults included; for the provenance and `explain`.
+  /// Values as written, defaults included; for the provenance and `explain`.
   const nlohmann::json& shown() const { return shown_; }
-  /// The text of a parameter, "" when there is none of that name.
+  /// Text of a parameter; "" if there is none of that name.
   std::string text_of(std::string_view name) const;
-  /// The files that were given to read, images included.
+  /// Input files, including images.
   std::vector<std::string> files() const;
   /// Returns whether the images have the camera's size; otherwise adds an error.
   bool images_fit(const tofgraph_camera& camera, config::Diagnostics& diagnostics) const;
@@ -50,7 +50,7 @@ class ParameterValues {
              config::Diagnostics& diagnostics);
   void parse_image(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out,
                    config::Diagnostics& diagnostics);
-  /// In SI, and which unit it had where the parameter allows several.
+  /// Value in SI units, and the unit it was written in where the parameter allows several.
   struct Number {
     double value = 0;
     std::string unit;
@@ -63,7 +63,7 @@ class ParameterValues {
   };
   bool parse_number(const tofgraph_parameter& parameter, const config::Value& item, Number& number,
                     std::string& problem) const;
-  /// By kind; each gives what is wrong, or nothing.
+  /// Parsers by kind; each returns an error message or nothing.
   std::string parse_number(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out);
   std::string parse_numbers(const tofgraph_parameter& parameter, const config::Value& value, tofgraph_value& out);
   std::string parse_text(const tofgraph_parameter& parameter, const config::Value& value, const std::string& text,
@@ -74,7 +74,7 @@ class ParameterValues {
   std::vector<std::string> names_;
   std::vector<tofgraph_value> values_;
   std::vector<std::string> files_;
-  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies point to the same texts
+  std::shared_ptr<Kept> kept_ = std::make_shared<Kept>();  // copies share the same texts
   std::vector<std::pair<std::string, config::Position>> positions_;
   nlohmann::json shown_ = nlohmann::json::object();
 };

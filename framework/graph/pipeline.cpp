@@ -62,7 +62,7 @@ Queue parse_queue(const config::Value& value, config::Diagnostics& diagnostics) 
   return queue;
 }
 
-/// A node's keys: the reserved ones here, all others are the stage's.
+/// Splits a node's keys: the reserved ones are read here, all others are parameters of the stage.
 NodeSpec parse_node(const config::Value& value, config::Diagnostics& diagnostics) {
   NodeSpec node;
   node.at = value.at;
@@ -101,7 +101,7 @@ NodeSpec parse_node(const config::Value& value, config::Diagnostics& diagnostics
   return node;
 }
 
-/// A word of the one-line form with its place; quotes keep blanks and ! in it.
+/// Word of the one-line form with its position; quotes protect blanks and !.
 struct Word {
   std::string text;
   std::size_t column;
@@ -147,7 +147,7 @@ config::Value scalar(std::string text, const config::Position& at) {
   return value;
 }
 
-/// A node that begins with its stage, or with a camera as `replay:FILE`.
+/// Node that begins with its stage or with a camera specification such as `replay:FILE`.
 config::Value stage_node(const std::string& stage, const config::Position& at) {
   if (is_camera_spec(stage)) return camera_node(stage, at);
   config::Value node;
@@ -157,7 +157,7 @@ config::Value stage_node(const std::string& stage, const config::Position& at) {
   return node;
 }
 
-/// The option --camera as an entry of a document.
+/// Converts the option --camera to a document entry.
 config::Entry camera_entry(const std::string& camera) {
   const auto option =
       std::make_shared<config::SourceText>(config::SourceText{"--camera", camera, std::filesystem::current_path()});
@@ -256,7 +256,7 @@ config::Value pipeline_from_line(const std::string& line, const std::string& cam
 }
 
 config::Value document_of(const std::string& file_or_line, const std::string& camera) {
-  std::error_code error;  // a line can be longer than any file's name
+  std::error_code error;  // a line can be longer than any file name
   const bool file = file_or_line.ends_with(".yaml") || file_or_line.ends_with(".yml") ||
                     std::filesystem::is_regular_file(file_or_line, error);
   if (!file) return pipeline_from_line(file_or_line, camera);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A pipeline as it was written: nodes, what they read, their parameters. Nothing is loaded here.
+/// @file A pipeline as written: nodes, their inputs and parameters. Nothing is loaded here.
 #pragma once
 
 #include "config/document.hpp"
@@ -14,7 +14,7 @@ namespace tofgraph::graph {
 
 enum class QueuePolicy { block, drop_oldest };
 
-/// Capacity of the queue at a source's output, and treatment of further frames.
+/// Capacity of the queue at a source's output, and policy for a full queue.
 struct Queue {
   std::size_t capacity = 4;
   QueuePolicy policy = QueuePolicy::block;
@@ -31,7 +31,7 @@ struct NodeSpec {
   std::string name, stage;
   config::Position at, stage_at;
   std::vector<config::Entry> parameters;
-  std::optional<std::vector<InputSpec>> inputs;  ///< none: the nearest node above that is not a sink
+  std::optional<std::vector<InputSpec>> inputs;  ///< none: the nearest preceding node that is not a sink
   std::optional<Queue> queue;
 };
 
@@ -42,15 +42,15 @@ struct PipelineSpec {
   std::vector<NodeSpec> nodes;
 };
 
-/// Reads the grammar of a pipeline file; mistakes go to the diagnostics.
+/// Reads the grammar of a pipeline file; errors go to the diagnostics.
 PipelineSpec parse_pipeline(const config::Value& document, config::Diagnostics& diagnostics);
 
-/// The one-line form, "reader file=a.h5 ! decoder ! writer path=b.pcd", as the document it stands for.
+/// Converts the one-line form, "reader file=a.h5 ! decoder ! writer path=b.pcd", to the equivalent document.
 /// @param camera a profile's name or path, may be empty. @throws ConfigurationError
 config::Value pipeline_from_line(const std::string& line, const std::string& camera);
 
-/// The document of a pipeline file or, where there is no such file and no .yaml at the end, of the one-line form.
-/// @param camera wins over the file's; may be empty. @throws ConfigurationError
+/// Reads a pipeline file, or the one-line form if there is no such file and the text does not end in .yaml.
+/// @param camera takes precedence over the file's; may be empty. @throws ConfigurationError
 config::Value document_of(const std::string& file_or_line, const std::string& camera);
 
 /// Replaces or adds a parameter: "NODE.PARAMETER=VALUE", as on the command line.

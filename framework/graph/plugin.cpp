@@ -27,7 +27,7 @@ namespace {
   throw PluginError(fmt::format("plugin {}: {}\n         {}", file.path.string(), reason, advice));
 }
 
-/// Why dlopen failed, in words that name the missing piece.
+/// Explains a dlopen error by naming the missing library or symbol.
 [[noreturn]] void refuse_library(const PluginFile& file, const std::string& error) {
   if (const auto found = error.find("undefined symbol: "); found != std::string::npos) {
     refuse(file,
@@ -43,7 +43,7 @@ namespace {
   refuse(file, "cannot be loaded: " + error, "is it a shared library for this machine?");
 }
 
-/// As long as it lives, what is printed to standard output goes to standard error: a plugin's words are not data.
+/// Redirects standard output to standard error during its lifetime: a plugin's messages must not mix with data.
 class OutputAside {
  public:
   OutputAside() {
@@ -64,7 +64,7 @@ class OutputAside {
   int kept_ = -1;
 };
 
-/// Why plugins cannot be looked for there, or nothing.
+/// Reason why plugins cannot be searched for in this folder; empty if they can.
 std::string folder_problem(const std::filesystem::path& folder) {
   std::error_code error;
   const auto type = std::filesystem::status(folder, error).type();
@@ -75,7 +75,7 @@ std::string folder_problem(const std::filesystem::path& folder) {
 
 std::atomic<bool> built_in_only{false};
 
-/// A bound as data: NaN, "no bound", is null.
+/// Converts a bound to JSON: NaN ("no bound") becomes null.
 nlohmann::json number_or_null(double value) { return std::isnan(value) ? nlohmann::json() : nlohmann::json(value); }
 
 nlohmann::json describe_port(const tofgraph_port& port) {

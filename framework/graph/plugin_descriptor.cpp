@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a plugin says of itself: brought to the host's sizes, and held against the border's rules, so that a defect of
-// the plugin is called that when it is read, and not the user's line when it is used.
+// Reads the descriptor of a plugin: converts it to the host's struct sizes and checks the rules of the plugin
+// interface, so that a defect is reported as the plugin's when it is loaded, not as the user's when it is used.
 #include "config/quantity.hpp"
 #include "graph/parameters.hpp"
 #include "graph/plugin.hpp"
@@ -23,7 +23,7 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::string_view reserved[] = {"name", "stage", "inputs", "queue", "overwrite", "effect"};
 
-/// A defect of the plugin itself; its users can only take it out.
+/// Reports a defect of the plugin itself; its users can only remove it.
 class Inspection {
  public:
   explicit Inspection(const PluginFile& file) : file_(file) {}
@@ -40,7 +40,7 @@ class Inspection {
     if (!right) defect(what);
   }
 
-  /// The elements of an array, whatever their size.
+  /// Elements of an array, independent of their struct size.
   template <class T> std::vector<T> copied(const T* first, std::uint32_t bytes, std::uint64_t count,
                                            std::string_view what, const T& absent = {}) const {
     std::vector<T> all;
@@ -68,10 +68,10 @@ void or_empty(std::initializer_list<const char**> texts) {
 bool is_unit(std::string_view unit) {
   const std::string one = unit.empty() ? "1" : fmt::format("1 {}", unit);
   const config::Quantity quantity = config::parse_quantity(one, unit);
-  return quantity.ok() && quantity.value == 1;  // SI: bounds and values are in this unit
+  return quantity.ok() && quantity.value == 1;  // bounds and values are in this SI unit
 }
 
-/// "m|counts|1": each of them.
+/// Checks each alternative of "m|counts|1".
 bool are_units(std::string_view units) {
   for (bool first = true; first || !units.empty(); first = false) {
     const std::string_view unit = units.substr(0, units.find('|'));
@@ -149,7 +149,7 @@ void check_port(const Inspection& read, const Plugin& plugin, tofgraph_port& por
   if (plugin.file.kind == "effect") wrong("is a port, but an effect has parameters only");
 }
 
-/// The declaration of a parameter, but for its default.
+/// Checks the declaration of a parameter, except for its default.
 void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_parameter& p,
                      std::set<std::string>& names) {
   read.not_null(p.name, "parameter's name");
@@ -182,10 +182,10 @@ void check_parameter(const Inspection& read, const Plugin& plugin, tofgraph_para
   if (outside(p.typical)) wrong(fmt::format("is typically {}, which is outside its bounds", p.typical));
 }
 
-/// Defaults are read as a user's would be.
+/// Parses a default like a user's value.
 void check_defaults(const Inspection& read, const Plugin& plugin) {
   config::Diagnostics diagnostics;
-  Plugin optional;  // what is required has no default to look at
+  Plugin optional;  // a required parameter has no default
   static_cast<tofgraph_descriptor&>(optional) = static_cast<const tofgraph_descriptor&>(plugin);
   optional.own_parameters = plugin.own_parameters;
   for (tofgraph_parameter& p : optional.own_parameters) p.flags = 0;
@@ -197,7 +197,7 @@ void check_defaults(const Inspection& read, const Plugin& plugin) {
                           first.hint.empty() ? "" : "; " + first.hint));
 }
 
-/// Copies the data of version 1 of an extension. @param macro that exports it
+/// Copies version 1 of an extension's data. @param macro that exports it
 template <class T> void read_extension(const Inspection& read, const tofgraph_descriptor& given, std::string_view name,
                                        std::string_view macro, T& own, const T*& pointer) {
   const tofgraph_extension absent{};
@@ -275,7 +275,7 @@ void read_descriptor(const tofgraph_descriptor* given, Plugin& plugin) {
   plugin.parameters = plugin.own_parameters.data();
   plugin.port_size = sizeof(tofgraph_port);
   plugin.parameter_size = sizeof(tofgraph_parameter);
-  plugin.extensions = nullptr;  // what is known of them is in `effect`
+  plugin.extensions = nullptr;  // the known ones are in `effect`
   plugin.extension_count = 0;
   if (plugin.file.kind == "effect") read_effect(read, *given, plugin);
   if (plugin.file.kind == "format") read_format(read, *given, plugin);

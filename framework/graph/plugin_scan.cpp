@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Descriptors are read by a child process, so that a broken plugin takes nothing down, and remembered by path, size
-// and time. Deleting the cache costs nothing but the time of a scan.
+// Descriptors are read by a child process, so that a broken plugin crashes only that, and cached by path, size and
+// time. Deleting the cache costs only the time of a scan.
 #include "config/child_process.hpp"
 #include "config/json_text.hpp"
 #include "config/log.hpp"
@@ -54,10 +54,10 @@ void write_cache(const json& cache) {
   std::filesystem::rename(temporary, cache_file(), error);
 }
 
-/// Found again in an entry whose content nobody changed.
+/// Checksum of a cache entry, which detects modified entries.
 std::size_t check_number(const json& plugin) { return std::hash<std::string>()(config::json_text(plugin)); }
 
-/// Entry of the cache on the file in its present state, or null. A damaged entry counts as missing.
+/// Cache entry for the file in its present state, or null. A damaged entry counts as missing.
 const json* remembered(const json& cache, const std::filesystem::path& file) {
   const auto entry = cache.find(file.string());
   if (entry == cache.end() || !entry->is_object() || !entry->contains("plugin")) return nullptr;
@@ -74,7 +74,7 @@ std::string how_it_ended(const config::ChildResult& child) {
   return fmt::format("ended the process that loaded it (exit code {})", child.exit_code);
 }
 
-/// Runs the scanner over the files from `first` on, as far as it comes. Says once of a plugin that it takes long.
+/// Runs the scanner over the files from `first` until it stops. Reports once if a plugin takes long.
 config::ChildResult run_scanner(const std::vector<PluginFile>& files, std::size_t first) {
   std::vector<std::string> command = {config::scanner()};
   for (std::size_t i = first; i < files.size(); ++i) command.push_back(files[i].path.string());
@@ -122,7 +122,7 @@ std::map<std::string, json> PluginRegistry::describe(const std::vector<PluginFil
                                 how_it_ended(child))}};
     }
   }
-  for (const PluginFile& file : unseen) {  // a refusal is not remembered: its cause may be outside the file
+  for (const PluginFile& file : unseen) {  // not cached: the cause may lie outside the file
     const json& seen = result.at(file.path.string());
     if (seen.contains("error")) continue;
     cache[file.path.string()] = {{"key", fingerprint(file.path)}, {"check", check_number(seen)}, {"plugin", seen}};

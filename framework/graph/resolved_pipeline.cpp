@@ -75,7 +75,7 @@ void ResolvedPipeline::check_sources(config::Diagnostics& diagnostics) const {
   }
 }
 
-/// Inputs as written, or the nearest node above that outputs frames; names of unknown nodes are left out.
+/// Inputs as written, or the nearest preceding node that outputs frames; names of unknown nodes are omitted.
 std::vector<InputSpec> ResolvedPipeline::resolved_inputs(std::size_t i, config::Diagnostics& diagnostics) const {
   const NodeSpec& node = specs_[i];
   if (is(i, "source")) return {};
@@ -126,7 +126,7 @@ std::vector<std::size_t> ResolvedPipeline::order(config::Diagnostics& diagnostic
   return order;
 }
 
-/// Returns whether a node depends on itself. Dependence on an unknown node has been reported already.
+/// Returns whether a node depends on itself. A dependence on an unknown node has already been reported.
 bool ResolvedPipeline::waits_for_itself(std::size_t node) const {
   std::set<std::size_t> seen;
   std::deque<std::size_t> open = {node};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The nodes as they were written, with their stages and what they read, before any is made.
+/// @file The nodes as written, with their stages and inputs, before any is created.
 #pragma once
 
 #include "graph/pipeline.hpp"
@@ -14,16 +14,16 @@ namespace tofgraph::graph {
 
 class ResolvedPipeline {
  public:
-  /// Finds the stages and resolves the inputs. Mistakes go to the diagnostics; what is wrong is left out.
+  /// Finds the stages and resolves the inputs. Errors go to the diagnostics; invalid nodes are omitted.
   ResolvedPipeline(const PipelineSpec& pipeline, const PluginRegistry& registry, config::Diagnostics& diagnostics);
 
-  /// Indices of the nodes whose stage is known, each after those it reads. Reports nodes that wait for themselves.
+  /// Indices of the nodes with a known stage, each after its inputs. Reports circular dependencies.
   std::vector<std::size_t> order(config::Diagnostics& diagnostics) const;
 
   const NodeSpec& spec(std::size_t node) const { return specs_[node]; }
-  const Plugin* stage(std::size_t node) const { return stages_[node]; }  ///< null: not known
+  const Plugin* stage(std::size_t node) const { return stages_[node]; }  ///< null: unknown
   const std::vector<InputSpec>& inputs(std::size_t node) const { return inputs_[node]; }
-  /// The number of nodes where there is no such name.
+  /// Index of a name; the number of nodes if there is no such name.
   std::size_t index_of(const std::string& name) const;
 
  private:

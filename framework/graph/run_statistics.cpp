@@ -51,7 +51,7 @@ nlohmann::json statistics_json(const Graph& graph, const RunResult& result) {
   std::uint64_t dropped = result.dropped;
   for (std::size_t i = 0; i < graph.nodes().size(); ++i) {
     for (const std::size_t input : graph.inputs(i)) {
-      const bool exit = graph.nodes()[input]->is_source();  // frames wait and are dropped there only
+      const bool exit = graph.nodes()[input]->is_source();  // the only place where frames wait or are dropped
       edges.push_back({{"from", graph.nodes()[input]->name},
                        {"to", graph.nodes()[i]->name},
                        {"capacity", exit ? graph.queue().capacity : result.in_flight},

@@ -14,7 +14,7 @@
 
 namespace tofgraph::graph {
 
-/// Times of one node, kept in logarithmic bins of 2 %.
+/// Run times of one node, kept in logarithmic bins of 2 %.
 class TimeHistogram {
  public:
   void add(double seconds);
@@ -35,19 +35,19 @@ struct NodeStatistics {
 
 /// Result of a run.
 struct RunResult {
-  std::uint64_t frames = 0;   ///< that went through to the end
-  std::uint64_t dropped = 0;  ///< at the source's exit
+  std::uint64_t frames = 0;   ///< completed
+  std::uint64_t dropped = 0;  ///< at the output of the source
   double wall_s = 0;
-  std::size_t in_flight = 0;  ///< frames that can be under way at once behind the source's exit
+  std::size_t in_flight = 0;  ///< maximum number of frames in flight behind the source's output
   std::size_t buffers_allocated = 0;
   bool interrupted = false;
   std::string error;                  ///< node, frame and reason; empty: none
-  std::vector<std::string> warnings;  ///< about the run as a whole
+  std::vector<std::string> warnings;  ///< about the whole run
   std::vector<NodeStatistics> nodes;
 };
 
-/// The statistics file of a run. An edge's capacity is how many frames can wait on it: at the source's exit those of
-/// its queue, behind it those under way. A dropped frame is counted once, on the first edge of the source.
+/// Returns the statistics of a run. An edge's capacity is the number of frames that can wait on it: at the source's
+/// output that of the queue, elsewhere that of frames in flight. A dropped frame is counted on the source's first edge.
 nlohmann::json statistics_json(const Graph& graph, const RunResult& result);
 
 }  // namespace tofgraph::graph

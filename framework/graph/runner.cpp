@@ -91,7 +91,7 @@ class Runner::Impl final : public RunControl {
   Graph& graph_;
   RunOptions options_;
   unsigned threads_;
-  std::shared_ptr<BufferPool> pool_ = std::make_shared<BufferPool>();  // before the tokens: it outlives their buffers
+  std::shared_ptr<BufferPool> pool_ = std::make_shared<BufferPool>();  // before the slots: outlives their buffers
   std::vector<std::size_t> last_reader_;
   std::vector<TimeHistogram> times_;
   std::vector<std::atomic<bool>> failed_;
@@ -104,8 +104,8 @@ class Runner::Impl final : public RunControl {
   std::vector<std::unique_ptr<Sequencer>> sequencers_;
   tbb::flow::receiver<FrameSlot*>* entry_ = nullptr;
 
-  std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are passed over
-  std::mutex error_mutex_;                               // the two below
+  std::atomic<std::uint64_t> first_failed_{UINT64_MAX};  // frames from this number on are skipped
+  std::mutex error_mutex_;                               // guards the two members below
   std::string error_;
   std::uint64_t error_frame_ = 0;
 };
@@ -139,11 +139,11 @@ void Runner::Impl::build(tbb::flow::graph& flow) {
   }
 }
 
-/// Sends all frames through. Whatever happens, the source's thread is joined and nothing is under way any more.
+/// Processes all frames. In all cases the source's thread is joined and no frame is in flight on return.
 void Runner::Impl::flow() {
   tbb::task_group_context context;
   tbb::flow::graph flow(context);
-  struct Nodes {  // they must not outlive the flow
+  struct Nodes {  // must be destroyed before the flow graph
     Impl& impl;
     ~Nodes() {
       impl.steps_.clear();
@@ -156,7 +156,7 @@ void Runner::Impl::flow() {
     std::jthread source;
     try {
       source = std::jthread([&] {
-        produce([&] {  // a flow that is cancelled, e.g. because it has no memory for its tasks, gives no slot back
+        produce([&] {  // a cancelled flow, e.g. without memory for its tasks, returns no slot
           return graph_.host().stopping.load() || first_failed_.load() != UINT64_MAX ||
                  context.is_group_execution_cancelled();
         });
@@ -168,7 +168,7 @@ void Runner::Impl::flow() {
     }
     try {
       flow.wait_for_all();
-    } catch (...) {  // the flow itself, e.g. without memory for its tasks
+    } catch (...) {  // an error of the flow graph itself, e.g. no memory for its tasks
       fail(0, done_, config::what_was_thrown());
     }
   }
@@ -184,7 +184,7 @@ RunResult Runner::Impl::run() {
     arena.execute([&] { flow(); });
     result.wall_s = seconds_since(start);
     changes_.end();
-    if (!error_.empty()) hashing.stop();  // what went wrong is told at once
+    if (!error_.empty()) hashing.stop();  // reports the error immediately
     finish();
   }
   result.frames = done_.load();
@@ -202,7 +202,7 @@ RunResult Runner::Impl::run() {
   return result;
 }
 
-/// The source's own thread: it may wait for a device as long as it likes.
+/// Thread of the source, which may block on a device.
 void Runner::Impl::produce(const std::function<bool()>& stopped) {
   for (std::uint64_t number = 0; !options_.frames || number < *options_.frames; ++number) {
     try {
@@ -213,7 +213,7 @@ void Runner::Impl::produce(const std::function<bool()>& stopped) {
   }
 }
 
-/// Produces one frame. @returns false at the end. Waiting frames are sent when another frame is finished.
+/// Produces one frame. @returns false at the end. Waiting frames are started when another frame is finished.
 bool Runner::Impl::produce(std::uint64_t number, const std::function<bool()>& stopped) {
   if (changes_.pending()) {
     if (!frame_queue_.wait_until_idle(stopped)) return false;
@@ -246,13 +246,13 @@ bool Runner::Impl::fill(FrameSlot& slot, std::uint64_t number) {
   return more;
 }
 
-/// The end of a frame's way: its slots are free again, and one that waits may start.
+/// Finishes a frame: its slots become free and a waiting frame may start.
 void Runner::Impl::arrived(FrameSlot* slot) {
   if (slot->frames.front().metadata.number < first_failed_.load()) done_.fetch_add(1);
   if (FrameSlot* next = frame_queue_.release(slot); next != nullptr) entry_->try_put(next);
 }
 
-/// Nothing leaves a task of the flow graph: it would cancel the others, and leave the source waiting for them.
+/// No exception may leave a task of the flow graph: it would cancel the others and leave the source waiting for them.
 void Runner::Impl::run_step(const Segment& segment, FrameSlot& slot, bool last) {
   const std::uint64_t number = slot.frames.front().metadata.number;
   try {
@@ -272,12 +272,12 @@ void Runner::Impl::run_segment(const Segment& segment, FrameSlot& slot) {
   }
 }
 
-/// Passes the inputs of a node to it, as its own frame.
+/// Passes the inputs of a node to it, as a frame of its own.
 void Runner::Impl::take_inputs(std::size_t index, FrameSlot& slot) {
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
   const std::size_t first = inputs.front();
   tofgraph_frame &frame = slot.frames[index], &read = slot.frames[first];
-  // The last reader takes the frame over, so that it may be changed in place.
+  // The last reader takes over the frame, so that it may be changed in place.
   if (last_reader_[first] == index)
     std::swap(frame.channels, read.channels);
   else
@@ -292,7 +292,7 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   tofgraph_frame& frame = slot.frames[index];
   const auto receiver = options_.receivers.find(node.name);
   try {
-    if (node.is_source()) {  // its frame is there; only the receiver is wanted here
+    if (node.is_source()) {  // the frame is already stored; only the receiver is called
       receiver->second(frame);
       return;
     }
@@ -308,7 +308,7 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
     }
     if (node.is_sink()) valid_[index].add(frames);
     const auto start = Clock::now();
-    // A stage that waits for its own parallel work must not begin another node's frame meanwhile.
+    // A stage that waits for its own parallel work must not start another node's frame meanwhile.
     tbb::this_task_arena::isolate([&] { slot.absent[index] = !node.process(frames.data(), frames.size()); });
     times_[index].add(seconds_since(start));
     if (receiver != options_.receivers.end() && !slot.absent[index]) receiver->second(*frames.front());
@@ -321,7 +321,7 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   if (last_reader_[index] == 0) frame.clear();
 }
 
-/// Ends the run. Called where an exception must not escape: in the source's thread and in tasks.
+/// Ends the run. Called where no exception may escape: in the source's thread and in tasks.
 void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::string& text) noexcept {
   failed_[node] = true;
   const Node& where = *graph_.nodes()[node];
@@ -330,7 +330,7 @@ void Runner::Impl::fail(std::size_t node, std::uint64_t number, const std::strin
   }
   {
     const std::scoped_lock lock(error_mutex_);
-    if (error_.empty() || number < error_frame_) {  // of several at once the first in the order of the frames
+    if (error_.empty() || number < error_frame_) {  // of several simultaneous errors the first in frame order is kept
       error_frame_ = number;
       try {
         error_ = fmt::format("node '{}' ({}), frame {}: {}", where.name, where.stage().name, number, text);

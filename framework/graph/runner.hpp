@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Runs a checked graph: frames flow through in order, several in flight.
+/// @file Runs a checked graph: frames are processed in order, several in flight.
 #pragma once
 
 #include "graph/graph.hpp"
@@ -17,9 +17,9 @@
 namespace tofgraph::graph {
 
 struct RunOptions {
-  std::optional<std::uint64_t> frames;  ///< at most so many
-  unsigned threads = 0;                 ///< 0: one a core
-  /// Called with every frame that leaves a node, in order, before those that read it.
+  std::optional<std::uint64_t> frames;  ///< upper limit
+  unsigned threads = 0;                 ///< 0: one per core
+  /// Called with every frame that leaves a node, in order, before its readers run.
   std::map<std::string, std::function<void(tofgraph_frame&)>> receivers;
 };
 
@@ -28,13 +28,13 @@ class Runner {
   Runner(Graph& graph, const RunOptions& options);
   ~Runner();
 
-  /// Runs to the end of the source, the first error or stop(). Always drains and finishes what can be finished.
+  /// Runs until the source ends, an error or stop(). Always drains and finishes as much as possible.
   RunResult run();
-  /// Ends the run in order. [any thread]
+  /// Ends the run cleanly. [any thread]
   void stop();
   std::uint64_t frames_done() const;
   std::uint64_t frames_dropped() const;
-  /// Frames that will come, 0 when unknown.
+  /// Expected number of frames, 0 if unknown.
   std::uint64_t frames_expected() const;
 
  private:

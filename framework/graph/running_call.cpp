@@ -20,7 +20,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// A call within a call (a simulator's effect within the simulator) lies above it.
+/// A nested call (a simulator's effect within the simulator) precedes the outer one.
 constexpr std::size_t deepest = 4, max_threads = 256;
 
 struct Entry {
@@ -41,10 +41,10 @@ std::array<Thread, max_threads>& threads() {
   return all;
 }
 
-/// The place of this thread; plain, so that a signal handler may read it.
+/// Slot of this thread; a plain pointer, so that a signal handler may read it.
 thread_local Thread* place = nullptr;
 
-/// Takes a place for this thread and gives it back when the thread ends. There is none where there are too many.
+/// Reserves a slot for this thread and returns it when the thread ends. With too many threads there is none.
 struct Holder {
   Holder() {
     keep_a_stack();
@@ -66,7 +66,7 @@ struct Holder {
   Holder& operator=(const Holder&) = delete;
 
  private:
-  /// For the handler of a thread whose own stack is full. One that is there already, a sanitizer's, stays.
+  /// Alternate signal stack, for a thread whose own stack is full. An existing one, e.g. a sanitizer's, is kept.
   void keep_a_stack() {
     stack_t now{};
     if (sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
@@ -85,13 +85,13 @@ Thread* this_thread() {
   return place;
 }
 
-std::int64_t now_ns() {  // some microseconds late, but nearly for nothing
+std::int64_t now_ns() {  // some microseconds late, but almost free of cost
   timespec time{};
   clock_gettime(CLOCK_MONOTONIC_COARSE, &time);
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-/// Text without memory from the heap, for a signal handler.
+/// Builds text without heap memory, for a signal handler.
 class Line {
  public:
   Line& operator<<(const char* text) {
@@ -121,7 +121,7 @@ void describe(Line& line, const Entry& call) {
   line << ", in " << call.what.load() << "() of plugin " << instance.plugin().file.path.c_str();
 }
 
-/// The calls of a thread, the innermost first. @returns whether there are any
+/// Writes the calls of a thread, innermost first. @returns whether there are any
 bool describe_calls(Line& line, const Thread* thread) {
   const std::size_t depth = thread != nullptr ? std::min(thread->depth.load(), deepest) : 0;
   bool others = false;
@@ -142,7 +142,7 @@ void on_crash(int number) {
   describe_calls(line, place);
   line << "\n";
   line.write();
-  std::raise(number);  // the action is the default again: the exit code stays that of the signal
+  std::raise(number);  // the default action is restored: the exit code stays that of the signal
 }
 
 }  // namespace
@@ -175,7 +175,7 @@ void install_crash_handler() {
     action.sa_handler = on_crash;
     action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER | SA_ONSTACK);
     sigaction(number, nullptr, &before);
-    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // a sanitizer's stays
+    if (before.sa_handler == SIG_DFL) sigaction(number, &action, nullptr);  // a sanitizer's handler is kept
   }
 }
 
@@ -185,7 +185,7 @@ void tell_ending(const char* call, int code) {
        << static_cast<std::uint64_t>(code < 0 ? -std::int64_t{code} : code) << ")";
   if (!describe_calls(line, place)) {
     const auto calls = [&line](const Thread& thread) { return describe_calls(line, &thread); };
-    static_cast<void>(std::ranges::any_of(threads(), calls));  // the first that has any
+    static_cast<void>(std::ranges::any_of(threads(), calls));  // the first thread with a running call
   }
   line << "\n";
   line.write();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Which call of which plugin each thread is in, so that a crash or an endless loop is told by name. Entering and
-/// leaving is a few stores; reading is safe in a signal handler.
+/// Records which plugin call each thread is in, so that a crash or an endless loop can be attributed to a plugin.
+/// Entering and leaving cost a few stores; reading is safe in a signal handler.
 #pragma once
 
 #include <cstdint>
@@ -26,14 +26,14 @@ class RunningCall {
   void* slot_;
 };
 
-/// From now on a crash writes which node, frame and plugin this thread was in, and then ends as it would have.
+/// Installs a handler that reports the node, frame and plugin of a crash before the program ends as usual.
 void install_crash_handler();
 
-/// Writes that a library is about to end the program, and which node, frame and plugin was at work: on this thread,
+/// Writes that a library is about to end the program, and which node, frame and plugin was running: on this thread,
 /// else on any other. Safe wherever a library may call exit(). @param call a literal: exit, _exit, quick_exit
 void tell_ending(const char* call, int code);
 
-/// The calls that have been running for so long, one line each.
+/// Calls that have been running for at least this long, one per line.
 std::vector<std::string> calls_longer_than(double seconds);
 
 }  // namespace tofgraph::graph

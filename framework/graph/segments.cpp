@@ -6,7 +6,7 @@ namespace tofgraph::graph {
 
 std::vector<Segment> segments_of(const Graph& graph, const std::function<bool(const Node&)>& in_order) {
   std::vector<Segment> segments;
-  // The source runs in a thread of its own; here it is only to have its frames looked at in order.
+  // The source runs in a thread of its own; its node here only delivers its frames to the observer in order.
   if (in_order(*graph.nodes().front())) segments.push_back({true, {0}});
   for (std::size_t i = 1; i < graph.nodes().size(); ++i) {
     const Node& node = *graph.nodes()[i];

@@ -16,7 +16,7 @@
 namespace tofgraph::graph {
 namespace {
 
-/// A number, or nothing for H, W, N.
+/// Parses a number; nothing for H, W, N.
 std::uint64_t fixed_extent(std::string_view word) {
   std::uint64_t number = 0;
   std::from_chars(word.data(), word.data() + word.size(), number);
@@ -164,7 +164,7 @@ Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& po
   channel.made_by = node;
   Sizes sizes{stream.camera ? stream.camera->view().height : 0, stream.camera ? stream.camera->view().width : 0,
               stream.exposures_known ? stream.all_exposures().size() : 0};
-  for (std::uint64_t i = 0; i < stage.port_count; ++i) {  // the size of what is read
+  for (std::uint64_t i = 0; i < stage.port_count; ++i) {  // the size of the input
     const tofgraph_port& input = stage.ports[i];
     const Channel* read =
         input.direction == TOFGRAPH_DIRECTION_OUT ? nullptr : stream.find(alternatives(input).front());

@@ -19,19 +19,19 @@ namespace tofgraph::graph {
 std::vector<std::string> split_words(std::string_view text);
 std::string join_words(const std::vector<std::string>& words);
 
-/// A channel with its history.
+/// Channel with its history.
 struct Channel {
   std::string name;
   std::uint32_t type = 0, rank = 0;
   std::array<std::uint64_t, 4> extent{};
   std::string unit, of;
   std::vector<std::string> applied;  ///< stages, oldest first
-  std::vector<std::string> from;     ///< channels it was computed from, directly or not
+  std::vector<std::string> from;     ///< channels it was computed from, directly or indirectly
   std::size_t made_by = 0;           ///< index of the node that wrote it last
 
   bool has_applied(std::string_view word) const;
   bool is_from(std::string_view channel) const;
-  /// The border's view; valid until the channel changes. The words are kept in the given strings.
+  /// C view; valid until the channel changes. The words are kept in the given strings.
   tofgraph_channel view(std::string& applied_words, std::string& from_words) const;
   static Channel from_view(const tofgraph_channel& view);
   /// "float32 4 x 204 x 204, counts"
@@ -44,9 +44,9 @@ struct Stream {
   std::size_t camera_made_by = 0;
   std::uint64_t frames = 0;
   std::uint64_t known = 0;
-  std::vector<std::size_t> history;          ///< nodes that the frames went through, in order
+  std::vector<std::size_t> history;          ///< nodes passed by the frames, in order
   std::vector<tofgraph_exposure> exposures;  ///< exposures of the raw images; empty: the camera's
-  bool exposures_known = true;               ///< not while a source may still say what they are
+  bool exposures_known = true;               ///< false while a source may still announce them
   std::string source = "{}";                 ///< known origin of the frames, JSON
 
   void set_camera(io::CameraPtr chosen, std::size_t node) {
@@ -55,21 +55,21 @@ struct Stream {
   }
   /// The stream's own exposures, or the camera's, or four steps of 90 degrees.
   std::vector<tofgraph_exposure> all_exposures() const;
-  /// Adds a channel, or replaces the one of its name.
+  /// Adds a channel, or replaces the one of the same name.
   void put(Channel channel);
 
-  /// True when no node has written the channel since the source gave it.
+  /// Returns whether no node has written the channel since the source.
   bool is_from_source(const Channel& channel) const;
   Channel* find(std::string_view name);
   const Channel* find(std::string_view name) const;
 };
 
-/// A class of corrections that stages name in `adds`, `needs` and `refuses`: who makes a depth from a distance adds
-/// non_linearity, and takes part in the check against correcting twice. Other words may be used; nobody else knows
-/// them.
+/// Class of corrections that stages name in `adds`, `needs` and `refuses`: a stage that computes a depth from a
+/// distance adds non_linearity and thereby takes part in the check for double corrections. Other words are allowed,
+/// without any meaning to the program.
 struct Correction {
   std::string_view name;
-  std::string_view shown;  ///< in a message; "": the name
+  std::string_view shown;  ///< used in messages; "": the name
   std::string_view text;
 };
 inline constexpr Correction known_corrections[] = {
@@ -81,13 +81,13 @@ inline constexpr Correction known_corrections[] = {
     {"T_world_camera", "moved into the world's frame", "points are no longer in the optical frame"},
 };
 
-/// Corrections applied to a channel, for readers: "optimized_bistatic (the bent light path corrected)".
+/// Corrections applied to a channel, readable: "optimized_bistatic (the bent light path corrected)".
 std::string applied_text(const std::vector<std::string>& applied);
 
-/// A port's shape word by word: a number, or H, W, N. @returns false when the channel has another one.
+/// Compares a port's shape word by word: a number, or H, W, N. @returns false if the channel's shape differs.
 bool fits_shape(const Channel& channel, std::string_view shape);
 
-/// The name of a channel that arrives at a named port, where the frame has another one of that name.
+/// Name of a channel at a named port if the frame has another channel of the same name.
 inline std::string alias_of(std::string_view channel, std::string_view port) {
   return std::string(channel).append("@").append(port);
 }
@@ -97,10 +97,10 @@ inline bool is_alias(std::string_view channel) { return channel.find('@') != std
 Channel output_channel(const tofgraph_descriptor& stage, const tofgraph_port& port, const Stream& stream,
                        std::size_t node);
 
-/// The channels that a port takes, the first first.
+/// Channels that a port accepts, in order of preference.
 std::vector<std::string> alternatives(const tofgraph_port& port);
 
-/// The extents of a shape for an image of this size; N and unknown sizes are 0.
+/// Extents of a shape for an image of this size; N and unknown sizes are 0.
 struct Sizes {
   std::uint64_t height, width, exposures;
 };

@@ -65,7 +65,7 @@ bool ValidFrames::examine(const tofgraph_frame& frame) {
     return false;
   }
   const auto all = values_of<std::uint16_t>(*flags);
-  const bool points = length->name == "points";  // whose coordinates may have any sign
+  const bool points = length->name == "points";  // coordinates may have any sign
   const auto lengths = points ? std::span<const float>() : values_of<float>(*length);
   for (std::size_t i = 0; i < all.size(); ++i) {
     if ((all[i] & flag::invalid) != 0) continue;

@@ -17,7 +17,7 @@
 namespace tofgraph::graph {
 namespace {
 
-constexpr std::size_t guard = 4096;  // a row beyond the end of an image is seen as well
+constexpr std::size_t guard = 4096;  // also detects a row written beyond the end of an image
 constexpr std::byte pattern{0xA5};
 
 thread_local Validation* watching = nullptr;
@@ -31,14 +31,14 @@ bool untouched(const std::byte* first) {
   return std::all_of(first, first + guard, [](std::byte b) { return b == pattern; });
 }
 
-/// Lengths that are NaN where a pixel is invalid. What is known without having been measured is not.
+/// Lengths that must be NaN where a pixel is invalid. Channels that are known rather than measured are exempt.
 bool is_length(const tofgraph_frame::Channel& channel) {
   const ChannelInfo* known = known_channel(channel.name);
   return known != nullptr && std::string_view(known->unit) == "m" && channel.type == TOFGRAPH_TYPE_F32 &&
          channel.name != "true_depth";
 }
 
-/// Pixels of an image for which something holds.
+/// Pixels of an image that satisfy a condition.
 struct Found {
   std::size_t count = 0, first = 0;
   void add(std::size_t pixel) {
@@ -50,7 +50,7 @@ struct Found {
   }
 };
 
-/// @param lengths some values for each of the pixels
+/// @param lengths number of values per pixel
 void compare(const std::string& name, std::span<const float> lengths, std::span<const std::uint16_t> flags,
              std::size_t columns) {
   const std::size_t each = lengths.size() / flags.size();
@@ -59,7 +59,7 @@ void compare(const std::string& name, std::span<const float> lengths, std::span<
     const auto values = lengths.subspan(i * each, each);
     const bool nan = std::ranges::any_of(values, [](float x) { return std::isnan(x); });
     const bool invalid = (flags[i] & flag::invalid) != 0;
-    const bool filled = (flags[i] & flag::filled) != 0;  // in one length; the others may not know it
+    const bool filled = (flags[i] & flag::filled) != 0;  // in one of the lengths; the others may not be affected
     if (nan && !invalid && !filled) unflagged.add(i);
     if (!nan && invalid) valued.add(i);
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// run --validate: looks over a stage's shoulder during one call. What it writes gets guard bytes before and behind,
-/// what it only reads must stay as it was, and what leaves keeps the promise of the channel `flags`.
+/// run --validate: checks a stage during one call. Written memory gets guard bytes before and behind it, memory that is
+/// only read must stay unchanged, and the output must be consistent with the channel `flags`.
 #pragma once
 
 #include "graph/frame.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::graph {
 
-/// Error of a stage that did what it may not, or not what it had announced; any other error is what a stage says
+/// Error of a stage that violated the plugin interface or its own announcement; other errors are reported by the stage
 /// itself.
 class BrokenPromise : public std::runtime_error {
  public:
@@ -26,33 +26,33 @@ void set_validating();
 
 class Validation {
  public:
-  Validation();  ///< from here on that of this thread
+  Validation();  ///< becomes that of this thread
   ~Validation();
   Validation(const Validation&) = delete;
   Validation& operator=(const Validation&) = delete;
 
-  /// That of the call that this thread is in, or null.
+  /// Validation of this thread's call, or null.
   static Validation* current();
 
   /// Memory for a channel that the stage may write.
   BufferRef guarded(BufferPool& pool, std::size_t bytes, const std::string& channel);
   /// Returns whether the stage received the buffer for writing.
   bool gave(const BufferRef& buffer) const;
-  /// The stage sees a channel, and may not change it.
+  /// Records a channel that the stage may read but not change.
   void shown(const tofgraph_frame::Channel& channel);
 
-  /// @throws BrokenPromise the first thing that the stage did wrong to memory, with the channel
+  /// @throws BrokenPromise the first memory violation, with the channel
   void check_memory() const;
   /// @throws BrokenPromise the first length channel that disagrees with `flags`, with the pixels
   static void check_flags(const tofgraph_frame& frame);
   /// @param known TOFGRAPH_KNOWS_.. bits that the source announced
-  /// @throws BrokenPromise the first of them that the frame does not know
+  /// @throws BrokenPromise the first of them that the frame lacks
   static void check_metadata(const tofgraph_metadata& metadata, std::uint64_t known);
 
  private:
   struct Given {
     std::string channel;
-    BufferRef whole;  ///< with its guards
+    BufferRef whole;  ///< including guards
     std::size_t bytes;
   };
   struct Shown {
@@ -65,7 +65,7 @@ class Validation {
   std::vector<Shown> shown_;
 };
 
-/// A buffer that the running call may write: of the frame's pool, guarded where somebody watches.
+/// Buffer that the running call may write: from the frame's pool, with guards under validation.
 BufferRef buffer_to_write(const tofgraph_frame& frame, std::size_t bytes, const std::string& channel);
 /// Returns whether the running call may write a channel's buffer in place.
 bool may_write(const BufferRef& buffer);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* map_example = "example: bad_pixels: {file: noise.maps.h5, dataset: bad}";
 
-/// True where the document is a file of its own, so that relative paths in it lead somewhere.
+/// True if the document was read from a file, so that relative paths in it can be resolved.
 bool is_profile_file(const config::Position& at) {
   std::error_code error;
   return at.source && std::filesystem::is_regular_file(at.source->name, error);

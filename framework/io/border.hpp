@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Structs of the border as this host knows them, whatever size the other side gave them.
+/// @file Structs of the plugin interface as this host defines them, independent of the size used by the other side.
 #pragma once
 
 #include <tofgraph/effect.h>
@@ -12,13 +12,13 @@
 
 namespace tofgraph::io {
 
-/// Something that no plugin should do. It is told with the plugin's file.
+/// Violation of the plugin interface, reported with the plugin's file.
 class PluginDefect : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// Sizes of API 2.0, the least that a struct of this major version has. They never change.
+/// Sizes in API 2.0, the minimum for a struct of this major version. They never change.
 template <class T> inline constexpr std::size_t first_size = sizeof(T);
 template <> inline constexpr std::size_t first_size<tofgraph_view> = 104;
 template <> inline constexpr std::size_t first_size<tofgraph_channel> = 88;
@@ -32,8 +32,8 @@ template <> inline constexpr std::size_t first_size<tofgraph_effect> = 48;
 template <> inline constexpr std::size_t first_size<tofgraph_descriptor> = 184;
 template <> inline constexpr std::size_t first_size<tofgraph_host> = 192;
 
-/// A struct of so many bytes as one of this host: what they do not cover is as in `absent`.
-/// @throws PluginDefect when there are less than the first version had
+/// Converts a struct of `bytes` bytes to the host's: members beyond its end are taken from `absent`.
+/// @throws PluginDefect if it is smaller than in API 2.0
 template <class T> T host_sized(const void* given, std::size_t bytes, const T& absent = {}) {
   if (bytes < first_size<T>) throw PluginDefect("a struct is smaller than in API 2.0: is its size set?");
   T result = absent;
@@ -41,7 +41,7 @@ template <class T> T host_sized(const void* given, std::size_t bytes, const T& a
   return result;
 }
 
-/// The same of a struct that begins with its size.
+/// The same for a struct that begins with its size.
 template <class T> T host_sized(const T& given, const T& absent = {}) {
   T result = host_sized<T>(&given, given.size, absent);
   result.size = sizeof(T);

@@ -13,7 +13,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// The numbers under one key of a quantity, as a list or, where there is one, bare.
+/// Numbers under one key of a quantity, given as a list or as a single number.
 std::vector<double> numbers_of(config::Reader& quantity, const config::Value& map, std::string_view key,
                                std::string_view unit, const std::vector<double>& default_value,
                                std::string_view example) {
@@ -32,7 +32,7 @@ CalibrationReader::CalibrationReader(const std::filesystem::path& file, const st
   config::Reader head(document_, diagnostics_, "the calibration");
   head.take("calibration");
   check_word(head, "kind", kind);
-  if (!diagnostics_.ok()) throw config::ConfigurationError(diagnostics_);  // of another kind all else is different
+  if (!diagnostics_.ok()) throw config::ConfigurationError(diagnostics_);  // other kinds have different keys
   check_word(head, "camera", camera);
   serial_ = head.word("serial", "");
   if (const config::Entry* inputs = head.take("inputs")) check_inputs(inputs->value);
@@ -58,7 +58,7 @@ void CalibrationReader::check_word(config::Reader& head, std::string_view key, c
                      fmt::format("give a calibration file with {}: {}", key, expected));
 }
 
-/// Files with the hash of what was in them. They need not be there any more.
+/// Checks the list of input files and hashes. The files themselves may no longer exist.
 void CalibrationReader::check_inputs(const config::Value& inputs) {
   constexpr std::string_view example = "inputs: [{file: board.h5, sha256: 64 hexadecimal digits}]";
   if (!inputs.is_list()) {
@@ -101,7 +101,7 @@ bool CalibrationReader::has(std::string_view key) const {
   return values_map_ != nullptr && values_map_->is_map() && values_map_->find(key) != nullptr;
 }
 
-/// The numbers of a list, each with its unit or all in the written one.
+/// Numbers of a list, each with its own unit or all in the stated one.
 std::vector<double> CalibrationReader::column_numbers(const config::Value& list, const std::string& key,
                                                       std::string_view unit, const std::string& written_unit,
                                                       std::string_view example) {
@@ -122,7 +122,7 @@ std::vector<double> CalibrationReader::column_numbers(const config::Value& list,
         item.at,
         fmt::format("a number of '{}' is {}{}", key, item.described(), item.is_scalar() ? ": " + number.problem : ""),
         fmt::format("example: {}: {}", key, example));
-    break;  // one of a column is enough
+    break;  // one error per column is enough
   }
   return numbers;
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Calibration files: what all kinds have in common, and quantities with their uncertainty. The layout is told in
+/// Calibration files: the part common to all kinds, and quantities with their uncertainty. The layout is documented in
 /// docs/formats/calibration.md.
 ///
 ///     io::CalibrationReader file(path, "intrinsics", camera.name);
@@ -15,36 +15,36 @@
 
 namespace tofgraph::io {
 
-/// A calibrated quantity, SI.
+/// Calibrated quantity, SI.
 struct Calibrated {
   std::vector<double> value;
   std::vector<double> sd;  ///< standard deviation of each value; NaN: not stated
 };
 
-/// Reads one calibration file. Mistakes are collected and thrown by finish(), each with file, line and column.
+/// Reads one calibration file. Errors are collected and thrown by finish(), each with file, line and column.
 class CalibrationReader {
  public:
-  /// Reads the file and checks its head: version, kind, camera, serial, inputs, settings.
-  /// @param kind, camera what is expected: the kind of calibration, the name of the camera's profile
-  /// @throws ConfigurationError when the file cannot be read or is not YAML
+  /// Reads the file and checks its header: version, kind, camera, serial, inputs, settings.
+  /// @param kind, camera expected kind of calibration and name of the camera's profile
+  /// @throws ConfigurationError if the file cannot be read or is not YAML
   CalibrationReader(const std::filesystem::path& file, const std::string& kind, const std::string& camera);
   CalibrationReader(const CalibrationReader&) = delete;
   CalibrationReader& operator=(const CalibrationReader&) = delete;
 
-  /// A quantity that has to be there, of `count` numbers of one unit; a single number is written without a list.
-  /// @returns zeros where it is wrong: finish() throws then
+  /// Required quantity of `count` numbers of one unit; a single number is written without a list.
+  /// @returns zeros if it is invalid: finish() throws in that case
   Calibrated need(const std::string& key, std::string_view unit, std::size_t count, std::string_view example);
-  /// A column of a table: a list of numbers of one unit, `{unit: mm, value: [507.66, 998.02], sd: [0.1, 0.1]}`, or each
-  /// number with its own unit. @param count how many there must be; 0: any number, at least one
+  /// Table column: a list of numbers of one unit, `{unit: mm, value: [507.66, 998.02], sd: [0.1, 0.1]}`, or each
+  /// number with its own unit. @param count expected length; 0: any, at least one
   Calibrated column(const std::string& key, std::string_view unit, std::size_t count, std::string_view example);
   /// Returns whether `values` has this key.
   bool has(std::string_view key) const;
-  /// A word, and a list of words, of `settings`; a mistake where there is none.
+  /// Word, or list of words, of `settings`; it is an error if the key is missing.
   std::string setting(const std::string& key, std::string_view example);
   std::vector<std::string> setting_words(const std::string& key, std::string_view example);
-  /// For what only the caller can judge. @param key of `values`, whose place is shown
+  /// Reports an error found by the caller. @param key of `values`, whose position is shown
   void error(std::string_view key, const std::string& message, const std::string& hint);
-  /// @throws ConfigurationError with every mistake, keys of `values` that nobody asked for included
+  /// @throws ConfigurationError with all errors, including keys of `values` that were never read
   void finish();
 
   const std::string& serial() const { return serial_; }  ///< camera's; empty: not stated
@@ -64,24 +64,24 @@ class CalibrationReader {
   std::optional<config::Reader> values_;
 };
 
-/// Makes the text of a calibration file, which CalibrationReader reads again.
+/// Composes the text of a calibration file for CalibrationReader.
 class CalibrationWriter {
  public:
-  /// @param file where it will be: inputs are written relative to its folder @param serial empty: not stated
+  /// @param file output path: inputs are written relative to its folder @param serial empty: not stated
   CalibrationWriter(const std::filesystem::path& file, const std::string& kind, const std::string& camera,
                     const std::string& serial);
 
-  /// A file that went into the calibration, with its hash. @throws std::runtime_error when it cannot be read
+  /// Adds an input file of the calibration with its hash. @throws std::runtime_error if it cannot be read
   void input(const std::filesystem::path& file) { input(file, {}); }
-  /// @param sha256 empty: made here
+  /// @param sha256 empty: computed here
   void input(const std::filesystem::path& file, std::string sha256);
-  /// @param yaml the value as it is written
+  /// @param yaml value as YAML text
   void setting(const std::string& key, const std::string& yaml);
-  /// Writes a number, SI. @param unit SI @param shown the unit to write, e.g. `mm` of `m`; @param scale its size
+  /// Writes a number, SI. @param unit SI @param shown unit to write, e.g. `mm` for `m`; @param scale size of `shown`
   void number(const std::string& key, double value, double sd, std::string_view shown, double scale);
-  /// Some numbers, SI, each with its unit; standard deviations that are NaN are left out.
+  /// Writes numbers, SI, each with its unit; standard deviations that are NaN are omitted.
   void numbers(const std::string& key, const Calibrated& values, std::string_view shown, double scale);
-  /// A column of a table, SI; standard deviations that are NaN are left out.
+  /// Writes a table column, SI; standard deviations that are NaN are omitted.
   void column(const std::string& key, const Calibrated& values, std::string_view shown, double scale);
 
   std::string text() const;

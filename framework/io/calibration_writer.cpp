@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t line_length = 120;
 
-/// `[1, 2, ..]`, broken into lines that are indented. @param column where the list begins
+/// `[1, 2, ..]`, broken into indented lines. @param column column in which the list begins
 std::string list_of(const std::vector<double>& values, double scale, std::size_t column) {
   std::string text = "[";
   std::size_t length = column + 1;

@@ -26,7 +26,7 @@ bool is_index(const fs::path& file) {
     const config::Value document = config::load_document(file);
     return !document.entries.empty() && document.entries.front().key == index_key;
   } catch (const config::ConfigurationError&) {
-    return false;  // reported by whoever reads it as a profile
+    return false;  // reported when it is read as a profile
   }
 }
 

@@ -42,7 +42,7 @@ void read_board(const config::Value& value, const io::Camera* camera, Condition&
   if (!problem.empty()) diagnostics.error(value.find("distance")->value.at, fmt::format("'distance' {}", problem));
 }
 
-/// Says what is missing for the truth of a condition.
+/// Reports missing ground truth of a condition.
 void check_truth(const Campaign& campaign, const config::Value& map, const Condition& condition,
                  config::Diagnostics& diagnostics) {
   if (!map.is_map() || map.find("board") != nullptr || map.find("scene") != nullptr || campaign.pattern ||
@@ -137,7 +137,7 @@ Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostic
   const std::string type = reader.choice("type", types);
   const auto at = std::ranges::find(types, type);
   if (at != types.end()) pattern.type = static_cast<Pattern::Type>(at - types.begin());
-  const std::int64_t least = pattern.type == Pattern::Type::chessboard ? 3 : 2;  // below, any crossing would do
+  const std::int64_t least = pattern.type == Pattern::Type::chessboard ? 3 : 2;  // fewer corners give chance matches
   pattern.columns = reader.whole_number("columns", "8", std::nullopt, least, 1000);
   pattern.rows = reader.whole_number("rows", "6", std::nullopt, least, 1000);
   if (pattern.type == Pattern::Type::chessboard)
@@ -171,7 +171,7 @@ std::string detail::distance_problem(double distance, const io::Camera* camera) 
 
 namespace {
 
-/// A text, or a list of them.
+/// Text or list of texts.
 std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnostics& diagnostics) {
   const config::Value& value = entry.value;
   std::vector<std::string> notes;
@@ -192,7 +192,7 @@ std::vector<std::string> read_notes(const config::Entry& entry, config::Diagnost
 
 namespace {
 
-/// Reason why a campaign cannot be joined to others, or an empty text.
+/// Reason why a campaign cannot be joined with others; empty: it can.
 std::string joining_problem(const Campaign& all, const Campaign& member) {
   if (!member.camera || !all.camera) return {};  // reported where it is read
   if (std::string_view(member.camera->view().name) != all.camera->view().name)
@@ -204,8 +204,8 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
   return {};
 }
 
-/// Reads the conditions of other campaigns, one after the other. Their ids begin with the name of the file, which is
-/// also the session of those that state none, as the set-up may have moved between campaigns.
+/// Reads and concatenates the conditions of other campaigns. Their ids are prefixed with the file name, which is also
+/// the session of conditions that state none, because the setup may have moved between campaigns.
 void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty())
     return diagnostics.error(
@@ -228,7 +228,7 @@ void read_members(const config::Value& list, Campaign& campaign, Captures captur
         condition.id = fmt::format("{} {}", name, condition.id);
         if (condition.session.empty()) condition.session = name;
         condition.campaign = file;
-        condition.order.reset();  // counts within its campaign
+        condition.order.reset();  // refers to its own campaign only
         const auto same = std::ranges::find(campaign.conditions, condition.id, &Condition::id);
         if (same != campaign.conditions.end())
           return diagnostics.error(item.at, fmt::format("two conditions have the id '{}'", condition.id),
@@ -252,7 +252,7 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
   reader.take("campaign");
   campaign.name = reader.word("name", "");
   if (const config::Entry* note = reader.take("note")) campaign.notes = read_notes(*note, diagnostics);
-  if (const config::Entry* source = reader.take("source"))  // it need not be there any more
+  if (const config::Entry* source = reader.take("source"))  // it may no longer exist
     campaign.source = config::path_at(source->value.text, source->value.at);
   if (const config::Entry* camera = reader.need("camera", "camcube2")) {
     campaign.camera_name = camera->value.text;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A campaign that exists only as statistics: a table with comma-separated values, its first line the columns' names.
+// Campaign that consists only of statistics: a table of comma-separated values whose first line has the column names.
 #include "io/campaign.hpp"
 
 #include "config/quantity.hpp"
@@ -21,7 +21,7 @@ using config::Position;
 using config::Reader;
 using config::Value;
 
-/// A key of the table: which column, in which unit, and where a row's value goes.
+/// Key of the table: its column and unit, and the destination of a row's value.
 struct Column {
   std::size_t index = 0;
   std::string key;
@@ -29,7 +29,7 @@ struct Column {
   std::string unit;          ///< SI
   bool required = false;     ///< in every row
   std::function<void(Condition&, double)> store;
-  std::optional<double> constant = {};  ///< one value for all rows, in place of a column
+  std::optional<double> constant = {};  ///< one value for all rows, instead of a column
 };
 
 class TableReader {
@@ -84,7 +84,7 @@ class TableReader {
   }
 
  private:
-  /// Reads {column: NAME, unit: UNIT} of a key, or a value of all rows.
+  /// Reads {column: NAME, unit: UNIT} of a key, or one value for all rows.
   void add(const std::string& key, const std::string& unit, std::string_view example, bool required,
            std::function<void(Condition&, double)> store) {
     const config::Entry* entry = required ? reader_.need(key, example) : reader_.take(key);
@@ -131,7 +131,7 @@ class TableReader {
     return std::nullopt;
   }
 
-  /// A name that the table has twice does not say which column is meant.
+  /// Reports a column name that occurs twice, as it would be ambiguous.
   void refuse_second(std::size_t index) {
     const auto second = std::find(names_.begin() + static_cast<std::ptrdiff_t>(index) + 1, names_.end(), names_[index]);
     if (second == names_.end()) return;
@@ -141,7 +141,7 @@ class TableReader {
                        fmt::format("the first is in line {}, column {}: rename one of them", first.line, first.column));
   }
 
-  /// A column of words, or nothing.
+  /// Column of words; nullopt if the key is missing.
   std::optional<std::size_t> word_column(const std::string& key, std::string_view example) {
     const config::Entry* entry = reader_.take(key);
     if (entry == nullptr) return std::nullopt;
@@ -151,9 +151,9 @@ class TableReader {
     return column;
   }
 
-  /// A centred window of 2 v pixels, as the published tables have them: columns w/2 - v .. w/2 + v - 1.
+  /// Sets a centred window of 2 v pixels, as in the published tables: columns w/2 - v .. w/2 + v - 1.
   void narrow(Condition& condition, double half, bool across) const {
-    if (!campaign_.camera) return;  // its mistake is reported
+    if (!campaign_.camera) return;  // already reported
     const tofgraph_camera& camera = campaign_.camera->view();
     if (!condition.roi) condition.roi = Roi{0, camera.width - 1, 0, camera.height - 1};
     const std::uint32_t middle = (across ? camera.width : camera.height) / 2;
@@ -162,7 +162,7 @@ class TableReader {
     (across ? condition.roi->last_column : condition.roi->last_row) = middle + v - 1;
   }
 
-  /// Why a number cannot be, or nothing.
+  /// Reason why a number is invalid; empty: it is valid.
   std::string range_problem(const std::string& key, double value) const {
     if (key == "distance") return detail::distance_problem(value, campaign_.camera.get());
     if ((key == "measured_depth" || key == "measured_distance") && !is_valid_length(static_cast<float>(value)))

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Labels of targets that are probably misspelled: one more target takes its own reflectivity, and nothing fails.
+// Target labels that are probably misspelled: a misspelling adds a target with its own reflectivity without any error.
 #include "io/campaign.hpp"
 
 #include <fmt/format.h>
@@ -12,8 +12,8 @@ namespace tofgraph::io {
 namespace {
 
 constexpr std::size_t few = 2, many = 3;  ///< conditions of a target
-constexpr std::size_t shortest = 3;       ///< characters: of fewer, all are like each other
-constexpr std::size_t times_as_many = 2;  ///< a target beside which another one is rare
+constexpr std::size_t shortest = 3;       ///< characters: shorter labels are all similar to each other
+constexpr std::size_t times_as_many = 2;  ///< minimum ratio to the conditions of a rare target
 
 std::string without_numbers(std::string label) {
   std::erase_if(label, [](char c) { return c >= '0' && c <= '9'; });

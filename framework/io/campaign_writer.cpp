@@ -28,7 +28,7 @@ constexpr Scale angles[] = {{"rad", 1}, {"deg", 180 / M_PI}};
 constexpr Scale velocities[] = {{"m/s", 1}, {"mm/s", 1e3}};
 constexpr Scale temperatures[] = {{"K", 1}, {"degC", 1, -273.15}};
 
-/// A value with the fewest digits that give exactly this value again; the first scale is SI, where every number does.
+/// Value with the fewest digits that reproduce it exactly; the first scale is SI, which can write any number.
 std::string quantity(double value, std::span<const Scale> scales) {
   std::string best;
   std::size_t digits = 0;
@@ -50,7 +50,7 @@ std::string relative_to(const std::filesystem::path& folder, const std::filesyst
       std::filesystem::absolute(file).lexically_normal().lexically_proximate(folder).generic_string());
 }
 
-/// Lines "key: value" of one condition; what is not known is left out.
+/// Lines "key: value" of one condition; unknown values are omitted.
 class ConditionText {
  public:
   explicit ConditionText(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -20,7 +20,7 @@ using config::Value;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Reads one of two words, or nothing.
+/// Reads one of two words; a missing key leaves `result` unchanged.
 void read_choice(config::Reader& reader, const config::Value& map, std::string_view key,
                  const std::array<std::string, 2>& words, std::string& result) {
   if (map.find(key) == nullptr)

@@ -16,16 +16,16 @@ namespace {
 using physics::Exposures, physics::PhaseDecoding, physics::PhaseFit, physics::phase_fits, physics::short_number,
     physics::two_pi;
 
-/// Fit of a frame to its exposures.
+/// Fit of a frame to an assignment of exposures.
 struct OrderFit {
-  double rest = 0;        ///< median of what no phase explains, in amplitudes
-  double incoherent = 0;  ///< share of neighbours that are far apart
-  double rising = 0;      ///< share of the image's parts in which what is brighter is farther
-  double falling = 0;     ///< and in which it is nearer, all but without exception
+  double rest = 0;        ///< median residual of the phase fit, in amplitudes
+  double incoherent = 0;  ///< fraction of neighbours with very different distances
+  double rising = 0;      ///< fraction of image cells in which brighter means farther
+  double falling = 0;     ///< fraction in which brighter means nearer almost everywhere
   double slope = 0;       ///< d log(amplitude) / d log(distance): -2 for one surface
   double scatter = 0;     ///< standard deviation of log(amplitude distance^2)
-  double spread = 0;      ///< range of distances, 5th to 95th percentile, in parts of what lies before or behind them
-  double white = 0;       ///< median of the reflectivity that the light would need; 0: not known
+  double spread = 0;      ///< range of distances, 5th to 95th percentile, relative to the median's margin in the range
+  double white = 0;       ///< median of the reflectivity implied by the light; 0: unknown
 
   double misfit() const { return rest + incoherent; }
 };
@@ -68,7 +68,7 @@ double rest_of(const std::vector<PhaseFit>& fits, const std::vector<double>& c) 
 }
 
 OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
-  constexpr double fewest = 12;  // of a cell
+  constexpr double fewest = 12;  // in a cell
   const PhaseDecoding decoding(exposures, samples.modulation_frequency);
   std::vector<double> rests, distances, whites;
   std::vector<Moments> cells(samples.cells.empty() ? 0 : *std::ranges::max_element(samples.cells) + 1);
@@ -88,7 +88,7 @@ OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
     all.add(far, bright);
     evened.add(far, bright + 2 * far);
     cells[samples.cells[i]].add(far, bright);
-    // Twice the half path travelled: see the profile's gain.
+    // The gain of a profile refers to the full path, twice the half path.
     whites.push_back(4 * decoded.amplitude * decoded.distance * decoded.distance / samples.light);
   }
   OrderFit fit;
@@ -97,7 +97,7 @@ OrderFit order_fit(const OrderSamples& samples, const Exposures& exposures) {
   fit.incoherent = pairs > 0 ? apart / pairs : 0;
   fit.slope = all.var_x() > 0 ? all.covariance() / all.var_x() : 0;
   fit.scatter = std::sqrt(std::max(evened.var_y(), 0.0));
-  // Decoded the wrong way round, what is near is as far as the range.
+  // With the wrong sign of phase, distances are mirrored in the range.
   const double middle = quantile(distances, 0.5);
   fit.spread = (quantile(distances, 0.95) - quantile(distances, 0.05)) / std::min(middle, decoding.range() - middle);
   fit.white = samples.light > 0 ? quantile(whites, 0.5) : 0;
@@ -117,12 +117,12 @@ Exposures turned(Exposures exposures, double sign, double angle) {
   for (tofgraph_exposure& exposure : exposures) {
     exposure.phase = std::remainder(sign * exposure.phase + angle, two_pi);
     if (exposure.phase < -1e-9) exposure.phase += two_pi;
-    if (exposure.phase < 1e-9) exposure.phase = 0;  // not -0 either
+    if (exposure.phase < 1e-9) exposure.phase = 0;  // avoids -0 too
   }
   return exposures;
 }
 
-/// The best of the candidates that fit the samples about as well as any: that in which light falls as it must.
+/// Best of the candidates with about the lowest misfit: the one in which light decreases most like 1/distance^2.
 std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& samples,
                                                          const std::vector<Exposures>& candidates) {
   std::vector<OrderFit> fits;
@@ -134,13 +134,13 @@ std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& sam
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > 1.5) continue;
-    if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // of equals the first
+    if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // on ties the first
   }
   if (!best) return std::nullopt;
   return std::pair{candidates[*best], fits[*best]};
 }
 
-/// Turned by each of the steps or by half a turn, with these signs.
+/// Orders with the phase offset by each of the steps or by half a turn, with these signs.
 std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
                                   const std::vector<double>& signs = {1.0, -1.0}) {
   std::vector<Exposures> all;
@@ -158,8 +158,8 @@ std::vector<Exposures> all_turned(const std::vector<Exposures>& orders,
   return all;
 }
 
-/// The orders that come to pass, the simplest first: turned as a whole, two images exchanged, some images late, one
-/// frequency for another, the frequencies in turn for each step instead of one after the other, and the reverse.
+/// Orders that occur in practice, the simplest first: a common phase offset, two images swapped, images delayed,
+/// frequencies swapped, frequencies interleaved with the steps instead of consecutive, and the reverse.
 std::vector<Exposures> other_orders(const Exposures& said) {
   const std::size_t n = said.size();
   std::vector<Exposures> orders = all_turned({said});
@@ -193,7 +193,7 @@ std::vector<Exposures> other_orders(const Exposures& said) {
   return orders;
 }
 
-/// The few of them that leave the least misfit, the simplest first.
+/// The few orders with the lowest misfit, the simplest first.
 std::vector<Exposures> best_orders(const OrderSamples& samples, const std::vector<Exposures>& orders) {
   OrderSamples some{{}, {}, samples.modulation_frequency, samples.light};
   for (std::size_t i = 0; i + 1 < samples.pixels.size(); i += 8) {
@@ -219,7 +219,7 @@ std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposur
   constexpr double fitting_rest = 0.1, fitting_incoherence = 0.25;
   if (now.rest > fitting_rest || now.incoherent > fitting_incoherence) {
     const auto likely = best_orders(samples, other_orders(exposures));
-    // The other direction fits as well: it is taken only where light rises without it.
+    // The opposite sign fits equally well: it is used only if light increases with the distance without it.
     auto best = best_order(samples, all_turned(likely, {1.0}));
     if (best && best->second.spread > 0.1 && best->second.rising > 0.5) best = best_order(samples, all_turned(likely));
     const std::string why = "its samples do not fit each other, as if images or taps were swapped";
@@ -228,7 +228,7 @@ std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposur
       return OtherOrder{why, best->first};
     return now.rest > 0.3 ? std::optional(OtherOrder{why, {}}) : std::nullopt;
   }
-  // Within a part of the image: surfaces of any brightness may stand one behind the other.
+  // Evaluated within image cells, because surfaces at different distances may have any reflectivity.
   const bool deep = now.spread > 0.1;
   const bool rises = deep && now.rising > 0.5;
   const bool steep = deep && now.falling > 0.5 && now.slope < -4.5;

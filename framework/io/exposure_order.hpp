@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Consistency of a frame with its stated exposures. Exchanged images leave samples that no phase explains, or
-/// unrelated neighbours; the wrong sign of phase makes brighter surfaces look farther; exchanged taps shift everything
-/// by half a range, where surfaces would have to be brighter than white.
+/// Consistency of a frame with its stated exposures. Swapped images leave a residual of the phase fit or incoherent
+/// neighbours; the wrong sign of phase makes brighter surfaces appear farther; swapped taps shift all distances by half
+/// the range, which would require reflectivities above 1.
 #pragma once
 
 #include <tofgraph/physics/exposures.hpp>
@@ -14,26 +14,26 @@
 
 namespace tofgraph::io {
 
-/// Some pixels of a frame, each with its neighbour: pixel 2 i + 1 is beside pixel 2 i.
+/// Sample of pixels of a frame, in pairs of neighbours: pixel 2 i + 1 is adjacent to pixel 2 i.
 struct OrderSamples {
   std::vector<std::vector<double>> pixels;  ///< P samples each, counts
-  std::vector<std::size_t> cells;           ///< which part of the image each pixel is in, from 0
-  double modulation_frequency = 0;          ///< Hz, of exposures that have none
-  double light = 0;                         ///< gain x integration time, counts m^2; 0: not known
+  std::vector<std::size_t> cells;           ///< 0-based image cell of each pixel
+  double modulation_frequency = 0;          ///< Hz, for exposures that state none
+  double light = 0;                         ///< gain x integration time, counts m^2; 0: unknown
 };
 
-/// Alternative order of the exposures, with the residuals it explains.
+/// Alternative order of the exposures, with the observations that it explains.
 struct OtherOrder {
   std::string why;
-  physics::Exposures exposures;  ///< that would fit; empty: none was found
+  physics::Exposures exposures;  ///< the order that fits; empty: none was found
 };
 
-/// Looks for an order that explains a frame much better than that of its exposures. Nothing where it fits, or where
-/// there is too little to judge by: fewer than 64 places, or a scene without depth. Without exposures where the samples
-/// do not fit and no order was found that does.
+/// Searches for an order that fits a frame much better than the stated exposures. Nullopt if those fit, or if the data
+/// are insufficient: fewer than 64 pairs, or a scene without depth. The result has no exposures if the samples do not
+/// fit and no better order was found.
 std::optional<OtherOrder> other_order(const OrderSamples& samples, const physics::Exposures& exposures);
 
-/// As in a profile: "[{phase: 0 deg}, {phase: 90 deg}]".
+/// Exposures in profile syntax: "[{phase: 0 deg}, {phase: 90 deg}]".
 std::string exposures_yaml(const physics::Exposures& exposures);
 
 }  // namespace tofgraph::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera that a document names: a profile, or the folder of a device.
+// Camera named by a document: a profile, or the folder of a device.
 #include "io/camera_folder.hpp"
 #include "io/profile.hpp"
 

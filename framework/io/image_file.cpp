@@ -16,7 +16,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// SI value of 1 in a unit.
+/// SI value of one unit.
 double scale_of(const std::string& unit, const std::string& wanted) {
   if (unit.empty()) return 1;
   const config::Quantity one = config::parse_scale(unit, wanted);
@@ -29,7 +29,7 @@ double scale_of(const std::string& unit, const std::string& wanted) {
 
 }  // namespace
 
-/// The libraries for files of images are loaded with the first image: most runs have none.
+/// Loads the image libraries with the first image, because most runs need none.
 ImageData read_image(const std::string& file, const std::string& dataset) {
   static const auto function = [] {
     const auto module = config::library_folder() / "tofgraph-images.so";
@@ -70,7 +70,7 @@ tofgraph_view image_view(const double* values, std::size_t rows, std::size_t col
   view.size = sizeof view;
   view.type = TOFGRAPH_TYPE_F64;
   view.rank = 2;
-  view.data = const_cast<double*>(values);  // read-only over the border
+  view.data = const_cast<double*>(values);  // read-only for plugins
   view.extent[0] = rows;
   view.extent[1] = columns;
   view.stride[1] = sizeof(double);

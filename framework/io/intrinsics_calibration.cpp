@@ -8,7 +8,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// Skips informative values: key and unit.
+/// Skips an informative value: key and unit.
 void skip(CalibrationReader& file) {
   constexpr std::pair<const char*, const char*> keys[] = {
       {"board_warp", "m"},         {"range_offset", "m"},        {"range_scale", ""},        {"corner_sd", "px"},

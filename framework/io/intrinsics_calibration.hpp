@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Calibrations of the kind `intrinsics`, as stages read them.
+/// @file Reader of calibrations of the kind `intrinsics`, for stages.
 #pragma once
 
 #include "io/calibration.hpp"
@@ -9,9 +9,9 @@
 
 namespace tofgraph::io {
 
-/// Sets the camera's focal_px, principal_point, skew and distortion. @param camera its name is that of the calibration
+/// Sets focal_px, principal_point, skew and distortion of the camera. @param camera must have the calibration's name
 /// @returns the serial number of the calibrated device; empty: not stated
-/// @throws config::ConfigurationError with every mistake
+/// @throws config::ConfigurationError with all errors
 std::string read_intrinsics_calibration(const std::filesystem::path& file, tofgraph_camera& camera);
 
 }  // namespace tofgraph::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The light sources of a camera that are on.
+/// @file Active light sources of a camera.
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -22,7 +22,7 @@ inline std::vector<std::string> source_names(const tofgraph_camera& camera) {
   return names;
 }
 
-/// Names of a text with commas between, as a capture states them.
+/// Names in a comma-separated text, as a capture states them.
 inline std::vector<std::string> names_between_commas(const std::string& text) {
   std::vector<std::string> names;
   std::istringstream list(text);
@@ -39,7 +39,7 @@ inline std::vector<tofgraph_light> lights_named(const tofgraph_camera& camera, c
   return lights;
 }
 
-/// True if two lists of names mean the same sources of a camera; an empty list means all of them.
+/// True if two lists of names mean the same sources of a camera; an empty list means all sources.
 inline bool same_sources(const tofgraph_camera& camera, const std::vector<std::string>& a,
                          const std::vector<std::string>& b) {
   const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {
@@ -48,7 +48,7 @@ inline bool same_sources(const tofgraph_camera& camera, const std::vector<std::s
   return std::ranges::all_of(source_names(camera), [&](const std::string& n) { return is_in(a, n) == is_in(b, n); });
 }
 
-/// Reason why a condition contradicts the sources that its capture states, as the end of a sentence about the capture;
+/// Reason why a condition contradicts the sources stated by its capture, as the end of a sentence about the capture;
 /// empty: it does not.
 inline std::string sources_problem(const tofgraph_camera& camera, const std::vector<std::string>& recorded,
                                    const std::vector<std::string>& condition) {
@@ -58,7 +58,7 @@ inline std::string sources_problem(const tofgraph_camera& camera, const std::vec
                      fmt::join(recorded, ", "));
 }
 
-/// Hands on a camera that has only these light sources, so that the distance models use no other one.
+/// Replaces the camera by one with only these light sources, so that the distance models use no others.
 /// @param setup of a stage @param names empty: all sources
 template <class Setup> void use_sources(const Setup& setup, const std::vector<std::string>& names) {
   tofgraph_camera camera = setup.camera();

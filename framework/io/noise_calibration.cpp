@@ -13,7 +13,7 @@ NoiseCalibration read_noise_calibration(const std::filesystem::path& path, const
   result.noise.shot_noise = file.need("shot_noise", "counts", 1, "{value: 0.012 counts}").value[0];
   if (result.noise.read_noise < 0) file.error("read_noise", "'read_noise' must not be negative", "");
   if (result.noise.shot_noise < 0) file.error("shot_noise", "'shot_noise' must not be negative", "");
-  // What is there for people, and for other programs.
+  // Informative values, not used here.
   if (file.has("converter_gain")) file.need("converter_gain", "e/counts", 1, "{value: 83 e/counts}");
   if (file.has("bad_pixels")) file.need("bad_pixels", "", 1, "{value: 3}");
   const std::pair<const char*, const char*> columns[] = {{"held_out_integration_time", ""},

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Calibrations of the kind `noise`, as the decoders read them.
+/// @file Reader of calibrations of the kind `noise`, for decoders.
 #pragma once
 
 #include <tofgraph/physics/four_phase.hpp>
@@ -12,10 +12,10 @@ namespace tofgraph::io {
 
 struct NoiseCalibration {
   physics::TapNoise noise;
-  std::string serial;  ///< camera's; empty: not stated
+  std::string serial;  ///< of the camera; empty: not stated
 };
 
-/// @param camera the name of its profile @throws ConfigurationError with every mistake
+/// @param camera name of its profile @throws ConfigurationError with all errors
 NoiseCalibration read_noise_calibration(const std::filesystem::path& file, const std::string& camera);
 
 }  // namespace tofgraph::io

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The format is described in numpy.lib.format: magic, version, length of the header, the header as a Python dictionary,
-// the elements.
+// The format is documented in numpy.lib.format: magic, version, length of the header, the header as a Python
+// dictionary, the elements.
 #include "io/npy.hpp"
 
 #include <fmt/format.h>
@@ -64,7 +64,7 @@ class HeaderReader {
     return header;
   }
 
-  /// The text of a key's value, up to the end of the header.
+  /// Text of a key's value and the remaining header.
   std::string_view after(std::string_view header, std::string_view key) const {
     for (const char quote : {'\'', '"'}) {
       const std::string quoted = fmt::format("{}{}{}", quote, key, quote);

@@ -14,19 +14,19 @@
 
 namespace tofgraph::io {
 
-/// Thrown for elements that are no numbers: texts, dates, records, Python's objects.
+/// Thrown for non-numeric elements: strings, dates, records, Python objects.
 struct NotNumbers : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 /// Header of an array.
 struct NpyHeader {
-  char order = '<';  ///< byte order: <, >, or | and = where there is none or that of this machine
+  char order = '<';  ///< byte order: <, >, or | and = if not applicable or native
   char kind = 'f';   ///< f, i, u, b
   std::size_t bytes = 4;
   bool by_columns = false;           ///< Fortran order
   std::vector<std::uint64_t> shape;  ///< as written
-  std::uint64_t begin = 0;           ///< of the elements, from the begin of the array
+  std::uint64_t begin = 0;           ///< offset of the elements from the beginning of the array
 
   bool other_order() const {
     return (order == '>') == (std::endian::native == std::endian::little) && (order == '<' || order == '>');
@@ -37,11 +37,11 @@ struct NpyHeader {
 /// @throws std::runtime_error "is not a .npy file ..", a sentence without the file's name
 NpyHeader read_npy_header(std::istream& in, std::uint64_t size);
 
-/// Reads two-dimensional floating-point numbers, also with two or three of them a pixel (a third dimension), of 32 or
-/// 64 bits, or integers of 8 to 64 bits or booleans, of either byte order, stored by rows or by columns (Fortran
+/// Reads two-dimensional floating-point numbers of 32 or 64 bits, or integers of 8 to 64 bits or booleans, also with
+/// two or three numbers per pixel (a third dimension), in either byte order, row-major or column-major (Fortran
 /// order).
-/// @throws std::runtime_error when the file is not such an array, or does not hold exactly the bytes that its header
-/// announces. Nothing is allocated before that is known.
+/// @throws std::runtime_error if the file is not such an array, or its size differs from that announced by the
+/// header. Nothing is allocated before this check.
 ImageData read_npy(const std::string& file);
 
 }  // namespace tofgraph::io

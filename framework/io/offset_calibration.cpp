@@ -16,7 +16,7 @@
 namespace tofgraph::io {
 namespace {
 
-constexpr double frequency_tolerance = 1e-3;  ///< relative: the offsets of a slightly detuned camera are the same
+constexpr double frequency_tolerance = 1e-3;  ///< relative: a slightly detuned camera has the same offsets
 
 void check_frequency(CalibrationReader& file, double calibrated, const tofgraph_camera& camera) {
   if (std::abs(calibrated / camera.modulation_frequency - 1) <= frequency_tolerance) return;
@@ -45,7 +45,7 @@ void check_samples(CalibrationReader& file, const OffsetCalibration& calibration
   }
 }
 
-/// Columns that may be left out: known of all samples or of none.
+/// Optional columns: known for all samples or for none.
 Calibrated optional_column(CalibrationReader& file, const std::string& key, std::size_t count) {
   if (file.has(key)) return file.column(key, "", count, "{value: [0.85, 0.84]}");
   return {std::vector<double>(count, std::numeric_limits<double>::quiet_NaN()), {}};

@@ -25,7 +25,7 @@ bool only_digits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// Minimum number of digits by the text between the braces, {frame} or {frame:06}; -1 for anything else.
+/// Minimum number of digits from the text between the braces, {frame} or {frame:06}; -1 for anything else.
 int digits_of(std::string_view placeholder) {
   if (placeholder == "frame") return 1;
   if (!placeholder.starts_with("frame:0")) return -1;
@@ -81,7 +81,7 @@ void OutputFile::fail(const char* what, int error) const { refuse(final_, what, 
 void OutputFile::write(std::span<const std::byte> data) { write_all(final_, descriptor_, data); }
 
 void OutputFile::sync() {
-  // Some file systems have nothing to sync to (EINVAL, ENOTSUP); what they hold is as safe as it gets.
+  // Some file systems do not support syncing (EINVAL, ENOTSUP); nothing more can be done there.
   if (fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) fail("cannot be written", errno);
 }
 
@@ -161,7 +161,7 @@ fs::path OutputPattern::companion(std::string_view extension) const {
   return folder_ / (stem + std::string(extension));
 }
 
-/// Returns whether this is the name of some frame's file, of a numbered pattern.
+/// Returns true if a numbered pattern gives this name for some frame.
 bool OutputPattern::produces(std::string_view name) const {
   if (name.size() < before_.size() + after_.size() || !name.starts_with(before_) || !name.ends_with(after_))
     return false;
@@ -175,7 +175,7 @@ bool OutputPattern::overlaps(const OutputPattern& other) const {
   if (!numbered_ && !other.numbered_) return before_ == other.before_;
   if (!numbered_) return other.produces(before_);
   if (!other.numbered_) return produces(other.before_);
-  // What one has more before or after its number must be digits of the other's.
+  // The part by which one prefix or suffix is longer must consist of digits of the other's number.
   const auto digits_apart = [](std::string_view a, std::string_view b, bool at_end) {
     if (a.size() < b.size()) std::swap(a, b);
     if (at_end ? !a.ends_with(b) : !a.starts_with(b)) return false;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Files that belong together, as a model and the maps that it names.
+/// @file Files that belong together, such as a model and the maps that it names.
 #pragma once
 
 #include "io/output_file.hpp"
@@ -9,15 +9,15 @@
 
 namespace tofgraph::io {
 
-/// All are written under temporary names before the first gets its final one: where a disk is full, what was there
-/// before stays as it was, and whole.
+/// Files that are all written under temporary names before the first is renamed: if the disk is full, existing files
+/// remain unchanged.
 class OutputFiles {
  public:
-  /// A new file, to be written by commit(). @throws std::runtime_error
+  /// Adds a file, to be written before commit(). @throws std::runtime_error
   OutputFile& add(const std::filesystem::path& final_path) { return files_.emplace_back(final_path); }
-  /// A file of a result before, which this one has not. It need not be there.
+  /// Marks a file of an earlier result for removal, which the new result does not contain. It need not exist.
   void drop(const std::filesystem::path& path) { stale_.push_back(path); }
-  /// Renames in the order of add(), so that what is named comes before what names it; removes what is stale last.
+  /// Renames in the order of add(), so that referenced files come before those naming them; then removes stale files.
   /// @throws std::runtime_error
   void commit();
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Decoding of pictures by OpenCV, without the words of its libraries: it, libpng, libtiff and libjpeg print what
-/// they think of a file, and throw some of it.
+/// @file Picture decoding with OpenCV without console output: OpenCV, libpng, libtiff and libjpeg print their messages
+/// and throw only some of them.
 #pragma once
 
 #include <opencv2/imgcodecs.hpp>
@@ -19,7 +19,7 @@ namespace tofgraph::io {
 
 inline constexpr const char* undecodable = "cannot be read as a picture: it is damaged, or of a kind that is not read";
 
-/// Refuses what a decoder made of damaged data: libjpeg fills up what is missing, and only prints that it did.
+/// Rejects pictures decoded from damaged data: libjpeg fills in missing pixels and only prints a message.
 /// @throws std::runtime_error
 inline void refuse_filled_up(const config::SilentLibraries& libraries) {
   const std::string words = libraries.words();
@@ -29,7 +29,7 @@ inline void refuse_filled_up(const config::SilentLibraries& libraries) {
   }
 }
 
-/// Pictures that OpenCV's decoders make without a word. @param decode returns std::vector<cv::Mat>
+/// Decodes pictures with OpenCV without console output. @param decode returns std::vector<cv::Mat>
 /// @returns at least one, none empty @throws std::runtime_error `undecodable`, or as refuse_filled_up()
 template <class Decode> std::vector<cv::Mat> decoded_silently(const Decode& decode) {
   const config::SilentLibraries silent;
@@ -44,7 +44,7 @@ template <class Decode> std::vector<cv::Mat> decoded_silently(const Decode& deco
   return pictures;
 }
 
-/// The pages of a picture, as they are stored. A file that ends too early is check_picture's to find.
+/// Pages of a picture, as stored. Truncated files are detected by check_picture().
 /// @returns at least one page, none empty @throws std::runtime_error as decoded_silently()
 inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
   return decoded_silently([&] {
@@ -55,7 +55,7 @@ inline std::vector<cv::Mat> decode_pages(const std::filesystem::path& file) {
   });
 }
 
-/// The first page, converted as cv::ImreadModes say. @throws std::runtime_error as decoded_silently()
+/// First page, converted according to cv::ImreadModes. @throws std::runtime_error as decoded_silently()
 inline cv::Mat decode_picture(const std::filesystem::path& file, int modes) {
   return decoded_silently([&] { return std::vector<cv::Mat>{cv::imread(file.string(), modes)}; }).front();
 }

@@ -44,7 +44,7 @@ class PictureBytes {
     return std::string_view(bytes_).substr(at, count);
   }
 
-  /// Refuses a file that does not reach to `end`.
+  /// Rejects a file that ends before `end`.
   void need(std::uint64_t end) const {
     if (end > size())
       throw std::runtime_error(
@@ -75,7 +75,7 @@ void check_jpeg(const PictureBytes& file) {
   constexpr std::uint64_t end_of_image = 0xD9, start_of_scan = 0xDA;
   bool in_scan = false;
   for (std::uint64_t at = 2;;) {
-    if (file.number(at, 1) != 0xFF) {  // a byte of a scan, or a stray one before a marker
+    if (file.number(at, 1) != 0xFF) {  // scan data, or a stray byte before a marker
       ++at;
       continue;
     }
@@ -96,7 +96,7 @@ void check_jpeg(const PictureBytes& file) {
   }
 }
 
-/// The first image of a TIFF file.
+/// Checks the first image of a TIFF file.
 class TiffImage {
  public:
   explicit TiffImage(const PictureBytes& file) : file_(file), little_(file.starts_with("II")) {
@@ -120,7 +120,7 @@ class TiffImage {
     for (std::size_t i = 0; i < std::min(offsets.size(), bytes.size()); ++i) file_.need(offsets[i] + bytes[i]);
   }
 
-  /// Numbers of 16 or 32 bits of a tag; none where the tag is missing or of another type.
+  /// 16- or 32-bit numbers of a tag; empty if the tag is missing or has another type.
   std::vector<std::uint64_t> values(std::uint64_t tag) const {
     for (std::uint64_t i = 0; i < count_; ++i) {
       const std::uint64_t entry = directory_ + 2 + 12 * i;

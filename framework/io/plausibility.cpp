@@ -31,13 +31,13 @@ struct Interval {
   bool contains(double value) const { return value >= least && value <= most; }
 };
 
-/// A unit in which a value may have been written, and its size in the unit that is expected.
+/// Unit in which a value may have been written, and its size in the expected unit.
 struct UnitGuess {
   const char* name;
   double size;
 };
 
-/// Units in which the number would be an expected value: "in us (1000 us = 1 ms)"; empty: there is none.
+/// Units that would make the number plausible: "in us (1000 us = 1 ms)"; empty: none.
 std::string likely_units(double number, const char* unit, Interval expected, std::initializer_list<UnitGuess> units) {
   std::string text;
   for (const UnitGuess& guess : units) {
@@ -48,7 +48,7 @@ std::string likely_units(double number, const char* unit, Interval expected, std
   return text;
 }
 
-/// The sentence's second half.
+/// Second half of the sentence.
 std::string likely(const std::string& units, const char* expected_unit) {
   return units.empty() ? std::string() : fmt::format(": likely it was written {}, not in {}", units, expected_unit);
 }
@@ -57,10 +57,10 @@ std::string range_text(Interval range, const char* unit) {
   return fmt::format("{} to {}", format_quantity(range.least, unit), format_quantity(range.most, unit));
 }
 
-/// A clock's values by frame, s.
+/// Clock value of each frame, s.
 using ClockTimes = std::vector<double>;
 
-/// The first frame whose time is before that of the frame before it.
+/// First frame whose time is before that of its predecessor.
 std::optional<std::size_t> first_step_back(const ClockTimes& times) {
   for (std::size_t i = 1; i < times.size(); ++i)
     if (times[i] < times[i - 1]) return i;
@@ -90,7 +90,7 @@ std::string fast_frames(double step, double time, double rate) {
                      likely(units, "ns"));
 }
 
-/// 0 stands for unknown, but a clock may begin with it.
+/// True if time stamps are recorded. 0 means unknown, but a clock may start at 0.
 bool has_time_stamps(std::span<const tofgraph_metadata> frames) {
   return frames.size() > 1 &&
          std::ranges::none_of(frames.subspan(1), [](const tofgraph_metadata& f) { return f.timestamp_ns == 0; });
@@ -113,11 +113,11 @@ std::string time_stamp_doubt(std::span<const tofgraph_metadata> frames, const to
                        frames.size());
   const double rate = camera != nullptr ? camera->frame_rate : std::nan("");
   const double time = frames[0].integration_time;
-  const bool doubtful = !integration_time_doubt(time, camera).empty();  // which is reported by itself
+  const bool doubtful = !integration_time_doubt(time, camera).empty();  // reported separately
   return step > 0 ? fast_frames(step, doubtful ? std::nan("") : time, rate) : std::string();
 }
 
-/// Median of what is positive and finite, also of what is too long in a wrong unit; NaN: there is none.
+/// Median of the positive finite values, including those that are implausibly long; NaN: there are none.
 double median_of_positive(std::vector<float> values) {
   std::erase_if(values, [](float v) { return !(v > 0 && std::isfinite(v)); });
   if (values.empty()) return std::nan("");

@@ -25,7 +25,7 @@ using config::Entry;
 using config::Reader;
 using config::Value;
 
-/// A number that may be left out.
+/// Optional number.
 double optional_number(config::Reader& reader, std::string_view key, std::string_view unit, std::string_view example) {
   return reader.number(key, unit, example, unknown);
 }
@@ -51,7 +51,7 @@ void read_sources(const config::Value& list, std::vector<tofgraph_light>& lights
   }
 }
 
-/// The raw images of a frame.
+/// Raw images of a frame.
 std::vector<tofgraph_exposure> read_exposures(const config::Value& list, config::Diagnostics& diagnostics) {
   constexpr std::string_view example = "example: exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]";
   const std::size_t before = diagnostics.errors();
@@ -87,7 +87,7 @@ std::vector<tofgraph_exposure> read_exposures(const config::Value& list, config:
   return exposures;
 }
 
-/// The camera's own frequency is that of one of its exposures.
+/// Sets an unstated frequency of the camera to that of its exposures, or checks that one of them has it.
 void settle_frequency(const config::Value& document, const std::vector<tofgraph_exposure>& exposures,
                       tofgraph_camera& camera, config::Diagnostics& diagnostics) {
   if (exposures.empty() || exposures[0].frequency == 0) return;
@@ -102,8 +102,8 @@ void settle_frequency(const config::Value& document, const std::vector<tofgraph_
         "omit it, or write the frequency of one of them");
 }
 
-/// The file of the effects that belong to this camera. The profile in a recording does not know where its files are: a
-/// relative path there leads nowhere.
+/// Path of the model of this camera. A profile stored in a recording does not know its original folder, so a relative
+/// path in it is ignored.
 std::string read_model_path(config::Reader& reader, const config::Value& document, config::Diagnostics& diagnostics) {
   std::string text = reader.word("model", "");
   if (text.empty()) return text;
@@ -117,7 +117,7 @@ std::string read_model_path(config::Reader& reader, const config::Value& documen
   return file.string();
 }
 
-/// Reads values of the data sheet that stages do not use.
+/// Reads data-sheet values that stages do not use.
 DataSheet read_data_sheet(config::Reader& reader, config::Diagnostics& diagnostics) {
   const auto pair = [&](std::string_view key, std::string_view unit, std::string_view example) {
     std::array<double, 2> values = {unknown, unknown};
@@ -136,7 +136,7 @@ std::uint32_t read_size(config::Reader& reader, std::string_view key, config::Di
   const std::size_t errors = diagnostics.errors();
   const double size = reader.number(key, "", "204", std::nullopt);
   if (size >= 1 && size <= 16384 && size == std::floor(size)) return static_cast<std::uint32_t>(size);
-  const config::Entry* entry = reader.take(key);  // none where the whole is not a map, which is told already
+  const config::Entry* entry = reader.take(key);  // null if the document is not a map; reported
   if (diagnostics.errors() == errors && entry != nullptr) {
     diagnostics.error(entry->value.at,
                       fmt::format("'{}' is {}, expected a whole number of pixels from 1 to 16384", key, size));
@@ -159,7 +159,7 @@ std::vector<std::string> profile_names() {
 std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base) {
   if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return (base / name).lexically_normal();
   std::filesystem::path file = config::profile_folder() / (name + ".yaml");
-  std::error_code error;  // of a name that no file can have
+  std::error_code error;  // for names that no file can have
   return std::filesystem::exists(file, error) ? file : std::filesystem::path{};
 }
 
@@ -173,8 +173,8 @@ std::vector<std::string> words_of(config::Reader& reader, std::string_view key) 
   return list;
 }
 
-/// Text of a profile as it goes into recordings, which do not know its folder: a table of rays must be found from
-/// there.
+/// Text of a profile as stored in recordings. Paths are made absolute if it has a table of rays, because recordings do
+/// not know the folder of the profile.
 std::string text_for_recordings(const config::Value& document, bool has_table) {
   if (has_table) return config::yaml_text(config::with_absolute_paths(document));
   return document.at.source ? document.at.source->text : "";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Camera profiles: what is known of a camera before anything is measured.
+/// @file Camera profiles: properties of a camera that are known before any measurement.
 #pragma once
 
 #include "config/document.hpp"
@@ -12,32 +12,32 @@
 
 namespace tofgraph::io {
 
-/// Names of the profiles that came with the program.
+/// Names of the profiles installed with the program.
 std::vector<std::string> profile_names();
 
-/// The file of a profile: one that came with the program, or, where it holds a / or ends in .yaml, a path relative to
-/// `base`. Empty when there is no such name.
+/// File of a profile: an installed one, or, if the name contains a / or ends in .yaml, a path relative to `base`.
+/// Empty if there is no such profile.
 std::filesystem::path find_profile(const std::string& name, const std::filesystem::path& base);
 
-/// Reads a profile. Mistakes go to the diagnostics; null when there are any.
+/// Reads a profile. Errors are reported to the diagnostics; null if there are any.
 io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& diagnostics);
 
-/// The profile that a document names, by name or path, or that of a camera's folder. Mistakes go to the diagnostics,
-/// missing and changed files of the folder among them; null when there are any.
+/// Profile named by a document, by name or path, or that of a camera's folder. Errors are reported to the diagnostics,
+/// including missing and changed files of the folder; null if there are any.
 io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics);
 
-/// Reads a profile by name or path. @throws config::ConfigurationError with every mistake.
+/// Reads a profile by name or path. @throws config::ConfigurationError with all errors.
 io::CameraPtr load_profile(const std::filesystem::path& file);
 
-/// The same; mistakes and warnings go to the diagnostics; null when there are mistakes.
-/// @throws config::ConfigurationError when the file cannot be read
+/// The same; errors and warnings are reported to the diagnostics; null if there are errors.
+/// @throws config::ConfigurationError if the file cannot be read
 io::CameraPtr load_profile(const std::filesystem::path& file, config::Diagnostics& diagnostics);
 
-/// Coefficients of a profile's `distortion`: k1 k2 k3 k4 of a fisheye; else k1 k2 p1 p2 k3, and k4 k5 k6 s1 s2 s3 s4
-/// where the lens has any of these.
+/// Keys of a profile's `distortion`: k1 k2 k3 k4 for a fisheye; otherwise k1 k2 p1 p2 k3, and k4 k5 k6 s1 s2 s3 s4 if
+/// the lens has any of these.
 std::vector<double> distortion_of(const tofgraph_camera& camera);
 
-/// A profile's text that reads as this camera: every value but its rays, which are those of the lens model.
+/// Profile text that reproduces this camera: every value except its rays, which are those of the lens model.
 std::string profile_text(const tofgraph_camera& camera);
 
 }  // namespace tofgraph::io

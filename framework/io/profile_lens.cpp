@@ -29,8 +29,8 @@ void read_focal_length(config::Reader& reader, const config::Entry& focal, tofgr
   for (int i = 0; i < 2; ++i) camera.focal_px[i] = camera.focal_length / camera.pitch[i];
 }
 
-/// The pinhole, or the fisheye without distortion (radius = focal length x angle), that the data sheet's field of view
-/// implies, with the axis in the middle of the image.
+/// Sets the pinhole, or the fisheye without distortion (radius = focal length x angle), implied by the data sheet's
+/// field of view, with the axis at the image centre.
 void use_field_of_view(const config::Entry& field, bool fisheye, tofgraph_camera& camera,
                        config::Diagnostics& diagnostics) {
   double angles[2];
@@ -74,7 +74,7 @@ void read_distortion(config::Reader& reader, tofgraph_camera& camera, const conf
   camera.skew = reader.number("skew", "", "0.001", 0);
 }
 
-/// The table of rays, and the pinhole that fits it best.
+/// Reads the table of rays and sets the best-fitting pinhole.
 void read_rays(const config::Entry& entry, tofgraph_camera& camera, std::vector<float>& rays,
                const config::Value& document, config::Diagnostics& diagnostics) {
   for (const char* other : {"focal_length", "principal_point", "distortion", "lens", "skew"}) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The part of a camera profile that says where each pixel looks.
+/// @file Lens part of a camera profile.
 #pragma once
 
 #include "config/document.hpp"
@@ -16,7 +16,7 @@
 
 namespace tofgraph::io {
 
-/// Position of a key's value; of the document if it is missing.
+/// Position of a key's value; that of the document if the key is missing.
 inline config::Position place_of(const config::Value& document, std::string_view key) {
   const config::Entry* entry = document.find(key);
   return entry != nullptr ? entry->value.at : document.at;
@@ -39,7 +39,7 @@ inline void read_pair(const config::Entry& entry, std::string_view unit, std::st
 }
 
 /// Reads pixel_pitch, focal_length, principal_point, lens, distortion, skew and rays.
-/// @param rays out: height x width x 3 where the lens is a table; else it stays empty
+/// @param rays out: height x width x 3 if the lens is a table; otherwise it remains empty
 void read_lens(config::Reader& reader, tofgraph_camera& camera, const config::Value& document, std::vector<float>& rays,
                config::Diagnostics& diagnostics);
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* ray_example = "example: rays: {file: rays.npy, as: directions}";
 
-/// Numbers of a table of cells; a first row of words is its head.
+/// Numbers in the cells of a table; a first row of words is skipped as a header.
 ImageData read_csv(const std::filesystem::path& file) {
   ImageData table;
   bool first = true;
@@ -46,7 +46,7 @@ ImageData read_csv(const std::filesystem::path& file) {
   return table;
 }
 
-/// Numbers per pixel: 2 or 3. @throws std::runtime_error of another size
+/// Numbers per pixel: 2 or 3. @throws std::runtime_error if the table has another size
 std::size_t numbers_per_pixel(const ImageData& read, const std::string& file, std::uint32_t width,
                               std::uint32_t height) {
   for (const std::size_t each : {std::size_t{3}, std::size_t{2}}) {
@@ -60,7 +60,7 @@ std::size_t numbers_per_pixel(const ImageData& read, const std::string& file, st
       file, read.rows, read.columns, read.depth, height, width, height, width));
 }
 
-/// The direction of a pixel as `as` states it.
+/// Direction of a pixel, in the representation `as`.
 std::array<double, 3> direction_of(const double* at, const std::string& as) {
   if (as == "directions") return {at[0], at[1], at[2]};
   const auto tangent = [&](double value) {
@@ -84,7 +84,7 @@ void normalise(const ImageData& read, const std::string& as, std::size_t each, R
   }
 }
 
-/// Fits u = f x / z + c along one axis. @returns an empty text, or what is wrong
+/// Fits u = f x / z + c along one axis. @returns the problem, or an empty text
 std::string fit_axis(const RayTable& table, std::uint32_t width, std::size_t axis, double& focal, double& centre) {
   double n = 0, t = 0, p = 0, tt = 0, tp = 0;
   for (std::size_t i = 0; i < table.rays.size() / 3; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Tables of rays: the direction in which each pixel looks, from a file.
+/// @file Tables of rays: the viewing direction of each pixel, from a file.
 #pragma once
 
 #include "config/document.hpp"
@@ -13,13 +13,13 @@ namespace tofgraph::io {
 
 struct RayTable {
   std::vector<float> rays;         ///< height x width x 3, unit vectors in the optical frame; NaN: none
-  std::array<double, 2> focal{};   ///< px, of the pinhole that fits best
-  std::array<double, 2> centre{};  ///< px, of the same
+  std::array<double, 2> focal{};   ///< px, of the best-fitting pinhole
+  std::array<double, 2> centre{};  ///< px, likewise
 };
 
-/// Reads `rays: FILE` or `rays: {file, dataset, as}`, an array of .npy, HDF5 or CSV, pixel by pixel in rows: three
-/// numbers a pixel are directions of any length, two are tangents x/z and y/z or the angles whose tangents these are,
-/// which `as` states. Directions that are 0, not finite, or point backwards are no rays.
+/// Reads `rays: FILE` or `rays: {file, dataset, as}`, an array of .npy, HDF5 or CSV, row-major over the pixels: three
+/// numbers per pixel are directions of any length, two are tangents x/z and y/z or the angles with these tangents, as
+/// stated by `as`. Directions that are 0, not finite, or point backwards are invalid.
 /// @returns false after an error
 bool read_ray_table(const config::Value& value, std::uint32_t width, std::uint32_t height, RayTable& table,
                     config::Diagnostics& diagnostics);

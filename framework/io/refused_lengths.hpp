@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Count of recorded numbers that are not valid lengths, for the one warning that a reader gives of them.
+/// @file Counter of recorded numbers that are not valid lengths, for a single warning per reader.
 #pragma once
 
 #include <tofgraph/channels.hpp>
@@ -13,11 +13,11 @@
 
 namespace tofgraph::io {
 
-/// Numbers of a channel that are not valid lengths. NaN does not count: it says that nothing was measured.
+/// Numbers of a channel that are not valid lengths. NaN is not counted: it marks an unmeasured pixel.
 struct RefusedLengths {
   std::size_t count = 0, zero = 0, negative = 0;
 
-  /// @param value a number that is not a valid length, m
+  /// @param value number that is not a valid length, m
   void add(float value) {
     if (std::isnan(value)) return;
     ++count;
@@ -26,7 +26,7 @@ struct RefusedLengths {
   }
 
   /// Returns e.g. "3 of 4096 values of depth in 1 frame are 0 m: taken as invalid pixels".
-  /// @param values of all frames @param frames in words, e.g. "2 frames"
+  /// @param values number in all frames @param frames in words, e.g. "2 frames"
   std::string sentence(const std::string& channel, std::size_t values, const std::string& frames) const {
     return fmt::format("{} of {} values of {} in {} are {}: taken as invalid pixels", count, values, channel, frames,
                        described());

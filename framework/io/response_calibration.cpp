@@ -16,7 +16,7 @@ ResponseCalibration read_response_calibration(const std::filesystem::path& path,
     result.gain = file.need("gain", "counts m^2/s", 1, "{value: 7.0e6 counts m^2/s}").value[0];
     if (!(result.gain > 0)) file.error("gain", "'gain' must be positive", "example: gain: {value: 7.0e6 counts m^2/s}");
   }
-  // What is there for people, and for other programs.
+  // Informative values, not used here.
   if (file.has("dark")) file.need("dark", "counts", 1, "{value: 2 counts}");
   if (file.has("dark_rate")) file.need("dark_rate", "counts/s", 1, "{value: 100 counts/s}");
   const std::pair<const char*, const char*> columns[] = {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Calibrations of the kind `response`, as a camera's profile takes them.
+/// @file Reader of calibrations of the kind `response`, for the profile of a camera.
 #pragma once
 
 #include "io/unknown.hpp"
@@ -15,7 +15,7 @@ struct ResponseCalibration {
   double gain = unknown;  ///< counts m^2/s; NaN: no reflectivity was stated
 };
 
-/// @param camera the name of its profile @throws ConfigurationError with every mistake
+/// @param camera name of its profile @throws ConfigurationError with all errors
 ResponseCalibration read_response_calibration(const std::filesystem::path& file, const std::string& camera);
 
 }  // namespace tofgraph::io

@@ -23,7 +23,7 @@ std::string common_serial(const Campaign& campaign, const std::vector<std::strin
       continue;
     }
     config::Position at = campaign.conditions[i].at;
-    at.column = std::max<std::size_t>(at.column, 1);  // of a table's row its beginning
+    at.column = std::max<std::size_t>(at.column, 1);  // for a table row its beginning
     diagnostics.error(
         at, fmt::format("the capture is of the camera with the serial {}, those before of {}", serials[i], serial),
         "a calibration is of one camera: make a campaign for each");

@@ -37,7 +37,7 @@ class Descriptor {
   int number_;
 };
 
-/// libgcrypt, which uses the processor's instructions for SHA where it has them.
+/// libgcrypt, which uses the processor's SHA instructions if available.
 class Digest {
  public:
   Digest() {
@@ -68,7 +68,7 @@ class Digest {
 std::string sha256_of_file(const std::filesystem::path& file, const std::function<bool()>& stopped) {
   const Descriptor input(file);
   Digest digest;
-  std::vector<unsigned char> block(std::size_t{1} << 18U);  // as much as the second cache holds
+  std::vector<unsigned char> block(std::size_t{1} << 18U);  // about the size of an L2 cache
   for (ssize_t length = 0; (length = input.fill(block)) != 0;) {
     if (length < 0) throw std::runtime_error("cannot read " + file.string());
     if (stopped && stopped()) return {};
@@ -90,7 +90,7 @@ const std::string& FileHash::get(const std::function<bool()>& stopped) const {
     try {
       digits_ = sha256_of_file(file_, stopped);
     } catch (const std::runtime_error&) {
-      digits_.clear();  // it could be read when the run began
+      digits_.clear();  // the file was deleted during the run
     }
   });
   return digits_;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Hash of a file's content for the provenance.
+/// @file Hash of file contents for the provenance.
 #pragma once
 
 #include <filesystem>
@@ -12,20 +12,20 @@
 namespace tofgraph::io {
 
 /// SHA-256 of a file as hexadecimal digits.
-/// @param stopped asked every few milliseconds; where it says so the result is empty
-/// @throws std::runtime_error when the file cannot be read
+/// @param stopped polled every few milliseconds; if it returns true the result is empty
+/// @throws std::runtime_error if the file cannot be read
 std::string sha256_of_file(const std::filesystem::path& file, const std::function<bool()>& stopped = {});
 
 /// SHA-256 of bytes in memory as hexadecimal digits.
 std::string sha256_of(std::string_view bytes);
 
-/// The hash of a file that may be long: made once, by the first who asks, while others wait. [any thread]
+/// Hash of a possibly long file: computed once, by the first caller, while other callers wait. [any thread]
 class FileHash {
  public:
-  /// @throws std::runtime_error when the file cannot be read
+  /// @throws std::runtime_error if the file cannot be read
   explicit FileHash(std::filesystem::path file);
 
-  /// Empty when it was stopped, or the file is gone.
+  /// Hexadecimal digits; empty if it was stopped or the file no longer exists.
   const std::string& get(const std::function<bool()>& stopped = {}) const;
 
  private:

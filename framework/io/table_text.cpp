@@ -23,7 +23,7 @@ constexpr std::string_view table_blanks = " \t";
   throw config::ConfigurationError(diagnostics);
 }
 
-/// The content with each line end as a single \n and without a byte order mark.
+/// Content with each line end as a single \n and without a byte order mark.
 std::string plain_text(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::ostringstream text;
@@ -33,7 +33,7 @@ std::string plain_text(const std::filesystem::path& file) {
   if (content.starts_with("\xFF\xFE") || content.starts_with("\xFE\xFF"))
     throw config::ConfigurationError(
         fmt::format("{}: error: is UTF-16, expected UTF-8: save it as CSV UTF-8", file.string()));
-  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // the mark of spreadsheet programs' "CSV UTF-8"
+  if (content.starts_with("\xEF\xBB\xBF")) content.erase(0, 3);  // "CSV UTF-8" of spreadsheet programs
   std::string result;
   for (std::size_t i = 0; i < content.size(); ++i) {
     if (content[i] == '\r' && i + 1 < content.size() && content[i + 1] == '\n') continue;
@@ -119,7 +119,7 @@ class TableParser {
   std::shared_ptr<const config::SourceText> source_;
   std::string_view text_;
   std::size_t at_ = 0, line_ = 1, line_begin_ = 0;
-  bool quoted_ = false;  // the last cell
+  bool quoted_ = false;  // state of the last cell
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace tofgraph::io {
 
-/// Value of a number that is not known.
+/// Value that represents an unknown number.
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace tofgraph::io

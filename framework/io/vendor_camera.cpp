@@ -19,7 +19,7 @@ namespace {
 
 using config::Value;
 
-/// Contents of a camera file.
+/// Content of a camera file.
 struct VendorCamera {
   double width = 0, height = 0, fx = 0, fy = 0, cx = 0, cy = 0, skew = 0;  // px
   std::vector<double> distortion;                                          // in OpenCV's order
@@ -33,8 +33,8 @@ class VendorFile {
     std::ifstream in(file, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(in), {}};
     if (!in && text.empty()) refuse("cannot be read");
-    if (text.starts_with("%YAML")) text.erase(0, text.find('\n') + 1);  // OpenCV's line differs from a YAML directive
-    std::ranges::replace(text, '\t', ' ');                              // JSON may be indented by tabs
+    if (text.starts_with("%YAML")) text.erase(0, text.find('\n') + 1);  // OpenCV's line is not a valid directive
+    std::ranges::replace(text, '\t', ' ');                              // JSON may be indented with tabs
     document_ = config::parse_document(file.string(), text);
   }
 
@@ -85,7 +85,7 @@ class VendorFile {
     return entry != nullptr ? entry->value.text : "";
   }
 
-  /// ROS camera_info and files of OpenCV: matrices with rows, cols and data.
+  /// ROS camera_info and OpenCV files: matrices with rows, cols and data.
   VendorCamera matrix_file(const std::string& key) const {
     VendorCamera c;
     const std::vector<double> k = numbers(need(need(document_, key), "data"));
@@ -105,7 +105,7 @@ class VendorFile {
       c.height = number(document_, "image_height");
     }
     const std::string model = word(document_, "distortion_model");
-    // OpenCV's calibration program writes it as a number.
+    // OpenCV's calibration program writes a number here.
     const std::string by_number = word(document_, "fisheye_model");
     c.fisheye = model == "equidistant" || model == "fisheye" || (!by_number.empty() && by_number != "0");
     if (!model.empty() && !c.fisheye && model != "plumb_bob" && model != "rational_polynomial")
@@ -113,7 +113,7 @@ class VendorFile {
                          "equidistant",
                          model),
              &need(document_, "distortion_model"));
-    // OpenCV's last two of fourteen tilt the sensor; they are there with zeros where they were not fitted.
+    // The last two of OpenCV's fourteen coefficients tilt the sensor; they are written as zeros if not fitted.
     if (c.distortion.size() == 14 && c.distortion[12] == 0 && c.distortion[13] == 0) c.distortion.resize(12);
     c.name = word(document_, "camera_name");
     c.source = model.empty() ? "OpenCV" : "camera_info of ROS";
@@ -135,7 +135,7 @@ class VendorFile {
       c.distortion.resize(std::min<std::size_t>(c.distortion.size(), 4));
       return c;
     }
-    // "modified" and "inverse" map the other way round, and cannot be written as the forward model.
+    // "modified" and "inverse" are inverse mappings and cannot be converted to the forward model.
     if (distorts && model.find("brown_conrady") == std::string::npos)
       refuse(fmt::format("has the lens model '{}', which a profile cannot hold", model), &in);
     if (distorts && (model.find("inverse") != std::string::npos || model.find("modified") != std::string::npos))
@@ -168,7 +168,7 @@ class VendorFile {
     return c;
   }
 
-  /// Parameters in units of the sensor; a depth mode is a part of it, perhaps binned 2 x 2.
+  /// Parameters in units of the sensor size; a depth mode is a region of the sensor, optionally binned 2 x 2.
   VendorCamera azure_kinect(const std::string& mode) const {
     struct Mode {
       const char* name;

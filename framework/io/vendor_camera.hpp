@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Camera files of other programs as profiles: ROS camera_info and OpenCV (YAML, JSON), librealsense and Azure Kinect
-/// (JSON), mrcal (.cameramodel).
+/// Conversion of camera files of other programs to profiles: ROS camera_info and OpenCV (YAML, JSON), librealsense and
+/// Azure Kinect (JSON), mrcal (.cameramodel).
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,10 @@
 
 namespace tofgraph::io {
 
-/// Text of a profile with the lens that such a file states.
-/// @param depth_mode of an Azure Kinect, which decides the part of the sensor: nfov, nfov_binned, wfov, wfov_binned
-/// @throws config::ConfigurationError a file of no known kind, what is missing in it, or a lens that a profile cannot
-/// hold
+/// Profile text with the lens from such a file.
+/// @param depth_mode of an Azure Kinect, which selects the sensor region: nfov, nfov_binned, wfov, wfov_binned
+/// @throws config::ConfigurationError for a file of an unknown kind, missing content, or a lens that profiles do not
+/// support
 std::string profile_of_vendor_file(const std::filesystem::path& file, const std::string& depth_mode = {});
 
 }  // namespace tofgraph::io

@@ -123,7 +123,7 @@ void Client::write() {
                       });
 }
 
-/// A polite close would wait for the write that is under way, which a client that does not read never ends.
+/// Does not wait for a pending write: a client that does not read would never let it finish.
 void Client::close(const std::string& reason) {
   if (closing_) return;
   closing_ = true;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A WebSocket client and the protocol that it speaks. Everything here runs on the server's thread.
+/// @file A WebSocket client and its protocol. Everything here runs on the server's thread.
 #pragma once
 
 #include "live/server.hpp"
@@ -27,7 +27,7 @@ namespace beast = boost::beast;
 
 class Client;
 
-/// JSON in one line. Bytes that are not UTF-8, e.g. in a dataset's name, are replaced.
+/// Serializes JSON on one line. Bytes that are not UTF-8, e.g. in a dataset's name, are replaced.
 std::string json_line(const nlohmann::json& json);
 
 /// State shared by all connections.
@@ -37,20 +37,20 @@ struct Hub {
   RunCalls calls;
   std::size_t connections = 0;  ///< HTTP and WebSocket
   std::set<std::shared_ptr<Client>> clients;
-  net::io_context io{1};        // after what its handlers count down when they are destroyed
-  net::thread_pool workers{1};  ///< for questions to the run, which may wait for a frame
+  net::io_context io{1};        // declared after the members that its handlers use in their destructors
+  net::thread_pool workers{1};  ///< for requests to the run, which may wait for a frame
   std::atomic<std::uint64_t> wanted{0};
   std::atomic<std::size_t> client_count{0};
   std::shared_ptr<const Picture> last;
   bool ended = false;
 
-  /// Looks which nodes clients wait for. After the end those that wait get the last frame.
+  /// Determines the nodes that clients wait for. After the end of the run waiting clients get the last frame.
   void update_wanted();
-  /// Asks the run on the worker's thread. @param done called with the answer, JSON, on the server's thread
+  /// Sends a request to the run on the worker thread. @param done called with the answer, JSON, on the server's thread
   void ask(std::function<std::string()> question, std::function<void(std::string, std::string problem)> done);
 };
 
-/// Messages from and to one client.
+/// Message protocol of one client.
 class Protocol {
  public:
   explicit Protocol(Client& client) : client_(client) {}
@@ -59,7 +59,7 @@ class Protocol {
   virtual ~Protocol() = default;
   virtual void opened() = 0;
   virtual void received(std::string_view message, bool binary) = 0;
-  /// Nodes that the client is ready to get a frame of, as bits.
+  /// Nodes of which the client is ready for a frame, as bits.
   virtual std::uint64_t wanted() const = 0;
   virtual void show(const Picture& picture) = 0;
   virtual void ended() {}
@@ -84,7 +84,7 @@ class Client : public std::enable_shared_from_this<Client> {
   void send_text(std::string text) { send({std::move(text), false}); }
   void send_binary(std::string bytes) { send({std::move(bytes), true}); }
   void close(const std::string& reason);
-  /// Calls, e.g. a method of the protocol. What is thrown ends this connection, not the server.
+  /// Calls a function, e.g. a method of the protocol. An exception closes this connection, not the server.
   template <class Call> void guarded(Call&& call, const char* reason = "this cannot be sent") {
     try {
       call();
@@ -92,7 +92,7 @@ class Client : public std::enable_shared_from_this<Client> {
       close(reason);
     }
   }
-  /// Returns whether all that was sent has left and the rate allows another frame.
+  /// Returns whether everything has been sent and the rate allows another frame.
   bool ready_for_frame() const;
   void frame_sent();
   void set_rate(double frames_per_s);

@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little);
 Coding coding_of(std::span<const float> values) {
   constexpr float largest = std::numeric_limits<float>::max();
   float low = largest, high = -largest;
-  for (const float v : values) {  // false for NaN
+  for (const float v : values) {  // also false for NaN
     low = v < low && v >= -largest ? v : low;
     high = v > high && v <= largest ? v : high;
   }
@@ -54,7 +54,7 @@ std::vector<float> along_rays(const Plane& points, const NodeInfo& node) {
     lengths[i] = length;
     const float away =
         std::abs(p[0] - length * ray[0]) + std::abs(p[1] - length * ray[1]) + std::abs(p[2] - length * ray[2]);
-    max_error = away > max_error ? away : max_error;  // NaN: passed over
+    max_error = away > max_error ? away : max_error;  // NaN: skipped
   }
   if (max_error > 1e-4F) lengths.clear();
   return lengths;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Images as 16-bit codes: docs/live_view.md describes the format.
+/// @file Images as 16-bit codes; the format is described in docs/live_view.md.
 #pragma once
 
 #include "live/picture.hpp"
@@ -10,7 +10,7 @@
 
 namespace tofgraph::live {
 
-/// Codes of values: value = offset + (code - 1) step; code 0: no value (NaN). The step is 1, 2 or 5 times a power of
+/// Linear coding: value = offset + (code - 1) step; code 0 means no value (NaN). The step is 1, 2 or 5 times a power of
 /// ten, the finest that covers all values, so the error is at most half a step.
 struct Coding {
   double offset = 0, step = 1;
@@ -22,8 +22,8 @@ Coding coding_of(std::span<const float> values);
 /// Appends the codes, 2 bytes each, little-endian.
 void append_codes(std::string& bytes, std::span<const float> values, const Coding& coding);
 
-/// Distances of points along the rays of their pixels, m; NaN where there is none. Empty if a point is more than 0.1 mm
-/// away from its ray: the cloud was moved, or is not ordered by pixels.
+/// Distances of points along the rays of their pixels, m; NaN for missing points. Empty if a point is more than 0.1 mm
+/// away from its ray, because the cloud was moved or is not ordered by pixels.
 std::vector<float> along_rays(const Plane& points, const NodeInfo& node);
 
 }  // namespace tofgraph::live

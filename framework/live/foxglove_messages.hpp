@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Frames as messages of Foxglove's schemas, in JSON.
+/// @file Conversion of frames to messages of Foxglove's schemas, in JSON.
 #pragma once
 
 #include "live/picture.hpp"
@@ -27,7 +27,7 @@ std::vector<FoxgloveTopic> foxglove_topics(const std::vector<NodeInfo>& nodes);
 const char* foxglove_schema_name(FoxgloveKind kind);
 /// JSON schema as text. Binary data are base64.
 std::string foxglove_schema(FoxgloveKind kind);
-/// @param time_ns since 1970 @returns null when the frame has no such channel
+/// @param time_ns since 1970 @returns null if the frame has no such channel
 nlohmann::json foxglove_message(const FoxgloveTopic& topic, const NodeInfo& node, const NodePicture& picture,
                                 std::uint64_t time_ns);
 std::string base64(const void* data, std::size_t bytes);

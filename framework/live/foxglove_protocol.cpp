@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Foxglove's WebSocket protocol, version 1, as Foxglove and Lichtblick read it: channels in JSON with the schemas
+// Foxglove's WebSocket protocol, version 1, as used by Foxglove and Lichtblick: channels in JSON with the schemas
 // foxglove.PointCloud, foxglove.RawImage and foxglove.CameraCalibration.
 #include "live/client.hpp"
 #include "live/foxglove_messages.hpp"
@@ -11,7 +11,7 @@
 namespace tofgraph::live {
 namespace {
 
-constexpr std::size_t max_subscriptions = 60;  // a message each per frame: less than a client's queue
+constexpr std::size_t max_subscriptions = 60;  // one message each per frame; must stay below a client's queue
 
 class FoxgloveProtocol final : public Protocol {
  public:
@@ -41,7 +41,7 @@ class FoxgloveProtocol final : public Protocol {
     const auto json = nlohmann::json::parse(message);
     const std::string op = json.at("op");
     if (op == "subscribe") {
-      const char* problem = nullptr;  // one reply, however many are refused
+      const char* problem = nullptr;  // one reply for all refused subscriptions
       for (const auto& wish : json.at("subscriptions")) {
         if (const char* refused = subscribe(wish.at("id"), wish.at("channelId"))) problem = refused;
       }
@@ -80,7 +80,7 @@ class FoxgloveProtocol final : public Protocol {
     return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
   }
 
-  /// @returns why it is refused, or null
+  /// @returns the reason for a refusal, or null
   const char* subscribe(std::uint32_t id, std::size_t channel) {
     if (channel == 0 || channel > topics_.size()) return "there is no such channel";
     if (subscriptions_.size() >= max_subscriptions && !subscriptions_.contains(id))
@@ -100,8 +100,8 @@ class FoxgloveProtocol final : public Protocol {
   void status(const char* text) { client_.send_text(json_line({{"op", "status"}, {"level", 1}, {"message", text}})); }
 
   std::vector<FoxgloveTopic> topics_;
-  std::map<std::uint32_t, std::size_t> subscriptions_;  // by the client's number, the topic
-  bool has_last_ = false;                               // the last frame was sent since the last subscription
+  std::map<std::uint32_t, std::size_t> subscriptions_;  // topic by subscription ID of the client
+  bool has_last_ = false;                               // the last frame was sent after the newest subscription
 };
 
 }  // namespace

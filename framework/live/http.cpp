@@ -16,7 +16,7 @@ constexpr std::size_t max_body = std::size_t{64} << 10, max_waiting_reads = 10;
 
 std::string_view text_of(beast::string_view text) { return {text.data(), text.size()}; }
 
-bool same_text(std::string_view a, std::string_view b) {  // in a time that does not depend on where they differ
+bool same_text(std::string_view a, std::string_view b) {  // constant-time comparison
   if (a.size() != b.size()) return false;
   unsigned difference = 0;
   for (std::size_t i = 0; i < a.size(); ++i) difference |= static_cast<unsigned>(a[i] ^ b[i]);
@@ -25,7 +25,7 @@ bool same_text(std::string_view a, std::string_view b) {  // in a time that does
 
 bool is_loopback_name(std::string_view host) { return host == "localhost" || host == "127.0.0.1" || host == "[::1]"; }
 
-/// Value of a key of a query, "" when it is not there.
+/// Value of a key in a query, "" if absent.
 std::string_view query_value(std::string_view target, std::string_view key) {
   const std::size_t mark = target.find('?');
   std::string_view rest = mark == std::string_view::npos ? "" : target.substr(mark + 1);
@@ -38,7 +38,7 @@ std::string_view query_value(std::string_view target, std::string_view key) {
   return {};
 }
 
-/// The best sub-protocol that a client offers; none where it offers nothing.
+/// Preferred sub-protocol among those a client offers; none if it offers none.
 std::optional<std::string> chosen_protocol(std::string_view offered) {
   if (offered.empty()) return "";
   for (const std::string_view known : {"tofgraph.v1", "foxglove.sdk.v1", "foxglove.websocket.v1"}) {
@@ -106,15 +106,15 @@ std::optional<std::pair<unsigned, std::string>> HttpSession::refusal(const Reque
     return std::pair{403U, std::string("pages of other origins may not connect; the parameter `origins` allows them")};
   const std::string_view target = text_of(request.target());
   const bool is_page = page_files().contains(target.substr(0, target.find('?')));
-  if (is_page && !beast::websocket::is_upgrade(request)) return std::nullopt;  // without any data
+  if (is_page && !beast::websocket::is_upgrade(request)) return std::nullopt;  // the page itself contains no data
   if (!token_given(request))
     return std::pair{401U, std::string("a token is needed: open the address that tofgraph printed at its start")};
   return std::nullopt;
 }
 
-/// Another name could be that of a foreign page which its owner let point to this address (DNS rebinding).
+/// Rejects other host names, which a foreign page may have resolved to this address (DNS rebinding).
 bool HttpSession::host_allowed(std::string_view host) const {
-  if (!hub_.options.token.empty()) return true;  // the token protects
+  if (!hub_.options.token.empty()) return true;  // the token is sufficient protection
   const std::string port = fmt::format(":{}", hub_.options.port);
   return host.ends_with(port) && is_loopback_name(host.substr(0, host.size() - port.size()));
 }

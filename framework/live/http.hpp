@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file HTTP connection: the page, the state of the run, changes of parameters, upgrades to WebSocket.
+/// @file HTTP connection: the page, the state of the run, parameter changes, upgrades to WebSocket.
 #pragma once
 
 #include "live/client.hpp"
@@ -10,15 +10,15 @@
 
 namespace tofgraph::live {
 
-constexpr std::size_t max_connections = 64;  ///< HTTP and WebSocket; more are closed at once
+constexpr std::size_t max_connections = 64;  ///< HTTP and WebSocket; further connections are closed immediately
 
-/// File of the page, part of the program: no request reaches the file system.
+/// File of the page, compiled into the program: no request reaches the file system.
 struct PageFile {
   std::string_view type, content;
 };
-/// Files of the folder page/ by their path, put in by CMake.
+/// Files of the folder page/ by path, embedded by CMake.
 std::map<std::string_view, PageFile> written_page_files();
-/// The same, and colours.js with the colours of all pictures.
+/// The same, and colours.js with the colour maps.
 const std::map<std::string_view, PageFile>& page_files();
 
 class HttpSession : public std::enable_shared_from_this<HttpSession> {
@@ -34,7 +34,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void handle();
   void upgrade(const Request& request);
   void change(const Request& request);
-  /// Reason why the request is refused, with its status; none: it is allowed.
+  /// Reason and status for refusing the request; none: it is allowed.
   std::optional<std::pair<unsigned, std::string>> refusal(const Request& request) const;
   bool host_allowed(std::string_view host) const;
   bool origin_allowed(std::string_view origin, std::string_view host) const;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Copies of frames for the live view, and what is known of the nodes that they come from.
+/// @file Copies of frames for the live view, and the description of their nodes.
 #pragma once
 
 #include <cstddef>
@@ -18,13 +18,13 @@ struct Plane {
   std::vector<std::uint16_t> bits;
 };
 
-/// Images of one node. node: its place in the list of NodeInfo.
+/// Images of one node. node: its index in the list of NodeInfo.
 struct NodePicture {
   std::size_t node = 0;
   std::vector<Plane> planes;
 };
 
-/// Copy of one frame, of the nodes that somebody looks at.
+/// Copy of one frame, with the nodes that are being viewed.
 struct Picture {
   std::uint64_t frame = 0;
   std::int64_t timestamp_ns = 0;
@@ -37,7 +37,7 @@ struct ChannelInfo {
   std::string name, unit, applied;  ///< applied: stages so far, blank-separated
 };
 
-/// Node whose frames can be looked at. The rays live as long as the stage.
+/// Node whose frames can be viewed. The rays live as long as the stage.
 struct NodeInfo {
   std::string name;
   std::vector<ChannelInfo> channels;

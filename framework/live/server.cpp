@@ -52,7 +52,7 @@ void Server::Impl::listen() {
 void Server::Impl::accept() {
   acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
     if (error == net::error::operation_aborted) return;
-    if (error) {  // e.g. no more file descriptors: they come back when others leave
+    if (error) {  // e.g. out of file descriptors, which closing connections release
       pause.expires_after(std::chrono::milliseconds(100));
       return pause.async_wait([this](beast::error_code stopped) {
         if (!stopped) accept();
@@ -67,13 +67,13 @@ void Server::Impl::accept() {
   });
 }
 
-/// An exception of a handler costs the connection that it was for, not the others.
+/// An exception in a handler closes its connection, not the others.
 void Server::Impl::run() {
   for (bool over = false; !over;) {
     try {
       hub.io.run();
       over = true;
-    } catch (const std::exception&) {  // the handler is gone, and with it the connection
+    } catch (const std::exception&) {  // the handler is destroyed, and with it the connection
     }
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The protocol of the page: docs/live_view.md.
+// Protocol of the page: docs/live_view.md.
 #include "live/client.hpp"
 #include "live/encoding.hpp"
 
@@ -13,7 +13,7 @@ namespace {
 
 enum class Kind : std::uint32_t { rays = 1, frame = 2 };
 
-/// Message: kind, bytes of the JSON text, the text with blanks up to a multiple of 8, the values.
+/// Message: kind, length of the JSON text, the text padded with blanks to a multiple of 8, the values.
 std::string binary_message(Kind kind, const nlohmann::json& header, std::string values) {
   std::string text = json_line(header);
   text.append((8 - text.size() % 8) % 8, ' ');
@@ -110,7 +110,7 @@ class ViewProtocol final : public Protocol {
       }
       blocks.push_back({{"node", node.name}, {"channels", std::move(channels)}});
     }
-    size_ = values.size() + 4096;  // with the header
+    size_ = values.size() + 4096;  // including the header
     ready_ = false;
     client_.frame_sent();
     client_.send_binary(binary_message(Kind::frame,
@@ -157,7 +157,7 @@ class ViewProtocol final : public Protocol {
     ++asking_;
     client_.hub().ask(std::move(question), [client = client_.shared_from_this(), this, head = std::move(head)](
                                                const std::string& reply, const std::string& problem) {
-      --asking_;  // the client keeps this protocol
+      --asking_;  // `this` is valid: the client owns this protocol
       if (!problem.empty()) return refuse(head, problem);
       std::string message = json_line(head);
       message.insert(message.size() - 1, ",\"reply\":" + reply);

@@ -17,7 +17,7 @@ namespace tofgraph::physics {
 struct WalkPixel {
   double u, v;  ///< px, from the middle of the block
   double log_amplitude;
-  double length;  ///< m, or what a fit left of it
+  double length;  ///< m, or the residual of a fit
 };
 
 /// Sums of a regression of lengths on log(amplitude).
@@ -30,7 +30,7 @@ struct WalkSums {
   void add(const WalkSums& other) { xx += other.xx, xy += other.xy, n += other.n; }
 };
 
-/// The sums of one block: log(amplitude) without its mean and slopes, so that those of the lengths do not count either.
+/// Sums of one block. Mean and slopes are removed from log(amplitude), so that those of the lengths cancel too.
 inline WalkSums walk_in_block(const std::vector<WalkPixel>& pixels) {
   double mean = 0, xu = 0, xv = 0, uu = 0, vv = 0;
   for (const WalkPixel& p : pixels) {
@@ -47,14 +47,14 @@ inline WalkSums walk_in_block(const std::vector<WalkPixel>& pixels) {
   return sums;
 }
 
-/// Rise of the distances of one frame with the amplitude: median over the blocks with contrast, m per factor 2.
+/// Slope of distance against amplitude in one frame: median over the blocks with contrast, m per factor 2.
 struct WalkOfFrame {
   double rise = 0, error = 0;  ///< error: standard deviation of the median
 };
 
-/// Looks at blocks of 9 x 9 px that are valid throughout. At edges of depth near surfaces are brighter, which makes
-/// distances fall with the amplitude: they cannot feign a rise.
-/// @returns nothing where fewer than 50 blocks have contrast
+/// Evaluates the blocks of 9 x 9 px in which every pixel is valid. At depth edges nearer surfaces are brighter, so that
+/// distances decrease with the amplitude: edges cannot imitate a positive slope.
+/// @returns nullopt if fewer than 50 blocks have contrast
 inline std::optional<WalkOfFrame> walk_of_frame(const float* distance, const float* amplitude, std::size_t rows,
                                                 std::size_t columns) {
   constexpr std::size_t side = 9, min_blocks = 50;

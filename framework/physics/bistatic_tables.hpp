@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The optimized bistatic model in single precision: what can be computed before the first frame. With u a pixel's ray,
-/// L the lens centre, S a source and b = L - S. The solver that uses it, and why it is written so, is in the stage
-/// `optimized_bistatic`.
+/// Optimized bistatic model in single precision: tables computed before the first frame. u is the ray of a pixel,
+/// L the lens centre, S a source and b = L - S. The stage `optimized_bistatic` contains the solver and explains its
+/// form.
 #pragma once
 
 #include <tofgraph/physics/geometry.hpp>
@@ -16,25 +16,25 @@
 
 namespace tofgraph::physics {
 
-/// No distance beyond this is solved: its squares leave the range of single precision.
+/// Largest distance that is solved: beyond it, squares exceed the range of single precision.
 inline constexpr float max_distance = 1e9F;  // m
 
 /// A source's constants.
 struct BistaticSource {
   float weight, square;  ///< share of the light, |b|^2
-  const float* along;    ///< a pixel: u . b
+  const float* along;    ///< per pixel: u . b
 };
 
 /// Values common to all sources.
 struct BistaticCamera {
   float focal_length, closest, mean_square;  ///< f, mean |b|, mean |b|^2
-  float safe_distance;                       ///< from here on the corrected closed form is the solution
-  const float* sensor_path;                  ///< a pixel: D_sen
-  const float* foreshortening;               ///< a pixel: 1 - cos(theta)
-  const float* mean_along;                   ///< a pixel: mean u . b
+  float safe_distance;                       ///< beyond it the corrected closed form is the solution
+  const float* sensor_path;                  ///< per pixel: D_sen
+  const float* foreshortening;               ///< per pixel: 1 - cos(theta)
+  const float* mean_along;                   ///< per pixel: mean u . b
 };
 
-/// Owns the tables. Rays that are NaN give NaN.
+/// Owner of the tables. Rays that are NaN give NaN.
 class BistaticTables {
  public:
   BistaticTables(const Geometry& geometry, std::span<const Vector3> rays)
@@ -70,9 +70,9 @@ class BistaticTables {
   std::span<const BistaticSource> sources() const { return sources_; }
 
  private:
-  /// From which distance on the variance of the paths may be taken at the uncorrected place, at an error of at most 50
-  /// nm. There all sources are on the near side of the surface, so that the slopes of their paths differ by at most
-  /// max|b|^2 / nearest^2, and a path differs from D_ref by at most |b|.
+  /// Distance from which the variance of the paths may be evaluated at the uncorrected point with an error of at most
+  /// 50 nm. Beyond it all sources are on the near side of the surface, so that the slopes of their paths differ by at
+  /// most max|b|^2 / nearest^2, and a path differs from D_ref by at most |b|.
   double safe_distance() const {
     const auto [least, most] = std::ranges::minmax(sources_, {}, &BistaticSource::square);
     const double farthest = std::sqrt(double{most.square});
@@ -86,7 +86,7 @@ class BistaticTables {
     }
     double distance = farthest + sensor;
     for (; distance < max_distance; distance *= 1.02) {
-      const double nearest = distance - (farthest + sensor) / 2 - farthest;  // of all D_i, and of D_ref + u.b
+      const double nearest = distance - (farthest + sensor) / 2 - farthest;  // bound of all D_i and of D_ref + u.b
       if (nearest <= 0) continue;
       const double width = (2 * distance * across + most.square - least.square) / (2 * nearest);  // of the paths
       const double inverse = 1 / (2 * distance - sensor - farthest);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Constants, and what follows from the modulation frequency alone.
+/// @file Constants and quantities that depend on the modulation frequency alone.
 #pragma once
 
 #include <numbers>
@@ -16,7 +16,7 @@ constexpr double metres_per_radian(double modulation_frequency) {
   return speed_of_light / (2 * two_pi * modulation_frequency);
 }
 
-/// The distance in metres at which the phase starts again from 0: c / (2 f_mod).
+/// Unambiguous range in metres, c / (2 f_mod): the phase wraps to 0 there.
 /// @param modulation_frequency Hz
 constexpr double unambiguous_range(double modulation_frequency) { return speed_of_light / (2 * modulation_frequency); }
 

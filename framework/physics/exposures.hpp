@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The raw images of a frame, any steps at up to several frequencies: which the phase can be told from, and how, by
-/// linear least squares, in double. A sample is c_k = A_k - B_k = x cos(theta_k) - y sin(theta_k) + offset with
-/// x = amplitude cos(Psi), y = amplitude sin(Psi).
+/// Raw images of a frame with any phase steps at one or more frequencies: determines which of them give a phase and
+/// computes it by linear least squares, in double. A sample is c_k = A_k - B_k = x cos(theta_k) - y sin(theta_k) +
+/// offset with x = amplitude cos(Psi), y = amplitude sin(Psi).
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -33,12 +33,12 @@ inline Exposures exposures_of(const Strided<const tofgraph_exposure>& exposures)
   for (const tofgraph_exposure& exposure : exposures) all.push_back(exposure);
   return all;
 }
-/// The camera's; the four where it has none.
+/// Exposures of the camera; four_exposures if it states none.
 inline Exposures exposures_of(const tofgraph_camera& camera) {
   return exposures_of({camera.exposures, camera.exposure_size, camera.exposure_count});
 }
 
-/// Frequency of each exposure, Hz. @param own the frame's own modulation frequency, of those that have none
+/// Frequency of each exposure, Hz. @param own the frame's modulation frequency, used for exposures that state none
 inline std::vector<double> frequencies_of(const Exposures& exposures, double own) {
   std::vector<double> frequencies;
   for (const tofgraph_exposure& e : exposures) frequencies.push_back(e.frequency > 0 ? e.frequency : own);
@@ -50,25 +50,25 @@ inline bool same_exposures(const Exposures& a, const Exposures& b) {
     return std::abs(x.phase - y.phase) < 1e-9 && x.frequency == y.frequency;
   });
 }
-/// The same steps, whole turns aside, at the same frequencies. @param frequency of exposures that have none, Hz
+/// Compares the steps modulo 2 pi and the frequencies. @param frequency used for exposures that state none, Hz
 inline bool same_steps(const Exposures& a, const Exposures& b, double frequency) {
   return std::ranges::equal(a, b, [&](const tofgraph_exposure& x, const tofgraph_exposure& y) {
     const auto of = [&](const tofgraph_exposure& e) { return e.frequency > 0 ? e.frequency : frequency; };
     return std::abs(std::remainder(x.phase - y.phase, two_pi)) < 1e-9 && of(x) == of(y);
   });
 }
-/// True for four_exposures themselves, which files leave out.
+/// True for four_exposures, which files omit.
 inline bool are_default(const Exposures& exposures) {
   return same_exposures(exposures, {four_exposures.begin(), four_exposures.end()});
 }
 
-/// True where the step is so many quarter turns, give or take whole ones.
+/// True if the step equals this number of quarter turns, modulo whole turns.
 inline bool is_quarter(double phase, double quarters) {
   return std::abs(std::remainder(phase - quarters * std::numbers::pi / 2, two_pi)) < 1e-9;
 }
 
-/// Four steps of 90 degrees at one frequency, in any order, either sign: where the images of 0, 90, 180, 270 degrees
-/// are. Empty when they are none.
+/// Indices of the images of 0, 90, 180, 270 degrees among four steps of 90 degrees at one frequency, in any order and
+/// with either sign. Empty for other exposures.
 inline std::vector<std::size_t> quarter_order(const Exposures& exposures) {
   std::vector<std::size_t> order;
   for (int quarter = 0; quarter < 4 && exposures.size() == 4; ++quarter) {
@@ -80,12 +80,12 @@ inline std::vector<std::size_t> quarter_order(const Exposures& exposures) {
   return order.size() == 4 ? order : std::vector<std::size_t>{};
 }
 
-/// The four of today in their order.
+/// True for four_exposures in their order.
 inline bool are_the_four(const Exposures& exposures) {
   return quarter_order(exposures) == std::vector<std::size_t>{0, 1, 2, 3};
 }
 
-/// At most four places: "31.7012", "0".
+/// Number with at most four decimal places: "31.7012", "0".
 inline std::string short_number(double value) {
   std::string text = std::to_string(std::round(value * 1e4) / 1e4);
   text.erase(text.find_last_not_of('0') + 1);
@@ -93,7 +93,7 @@ inline std::string short_number(double value) {
   return text;
 }
 
-/// For people: "4 exposures: 0, 90, 180, 270 deg", "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 16 MHz".
+/// Text: "4 exposures: 0, 90, 180, 270 deg", "6 exposures: 0, 120, 240 deg at 80 MHz; 0, 120, 240 deg at 16 MHz".
 inline std::string exposures_text(const Exposures& exposures) {
   std::string text = std::to_string(exposures.size()) + " exposures: ";
   for (std::size_t k = 0; k < exposures.size(); ++k) {
@@ -110,8 +110,8 @@ inline std::string exposures_text(const Exposures& exposures) {
   return text;
 }
 
-/// The exposures of one frequency, and the phase's least squares: x = sum cosine[j] c[image[j]], y with sine, both free
-/// of the offset. What the fit leaves is spanned by the rows of `rest`, which are orthonormal.
+/// Exposures of one frequency and the least squares of the phase: x = sum cosine[j] c[image[j]], y with sine, both
+/// independent of the offset. The orthonormal rows of `rest` span the residual space of the fit.
 struct PhaseFit {
   double frequency = 0;  ///< Hz; 0: the frame's own
   std::vector<std::size_t> image;
@@ -119,7 +119,7 @@ struct PhaseFit {
   std::vector<std::vector<double>> rest;
   double xx = 0, xy = 0, yy = 0;  ///< covariance of x and y for samples of variance 1
 
-  /// Variance of the phase over that with the same number of equal steps: 1 at best.
+  /// Phase variance relative to that of the same number of equal steps; 1 is the optimum.
   double loss() const { return (xx + yy) * static_cast<double>(image.size()) / 4; }
 };
 
@@ -128,7 +128,7 @@ inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
   PhaseFit fit;
   fit.frequency = frequency;
   using Row = std::vector<double>;
-  std::array<Row, 3> columns;  // of the design: cos, -sin, 1
+  std::array<Row, 3> columns;  // of the design matrix: cos, -sin, 1
   for (std::size_t k = 0; k < exposures.size(); ++k) {
     if (exposures[k].frequency != frequency) continue;
     fit.image.push_back(k);
@@ -142,7 +142,7 @@ inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
     return sum;
   };
-  // Gram-Schmidt, twice for its rounding; unit vectors after the three columns span what is left.
+  // Gram-Schmidt, twice to limit rounding errors; unit vectors after the three columns span the residual space.
   std::vector<Row> basis;
   const auto add = [&](Row v, double least) {
     for (int twice = 0; twice < 2; ++twice) {
@@ -157,7 +157,7 @@ inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
     basis.push_back(std::move(v));
     return true;
   };
-  // The offset first: what is left of the other two columns is free of it.
+  // The offset first: the other two columns are orthogonalised against it.
   std::array<Row, 2> free = {columns[0], columns[1]};
   for (Row& column : free) {
     const double mean = dot(column, columns[2]) / static_cast<double>(std::max<std::size_t>(n, 1));
@@ -182,14 +182,14 @@ inline PhaseFit phase_fit(const Exposures& exposures, double frequency) {
   return fit;
 }
 
-/// Sorted, lowest first.
+/// Distinct frequencies in ascending order.
 inline std::vector<double> each_once(std::vector<double> frequencies) {
   std::ranges::sort(frequencies);
   frequencies.erase(std::unique(frequencies.begin(), frequencies.end()), frequencies.end());
   return frequencies;
 }
 
-/// Fits per frequency, the lowest frequency first.
+/// Fits per frequency in ascending order.
 inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
   std::vector<PhaseFit> fits;
   for (const double frequency : each_once(frequencies_of(exposures, 0)))
@@ -197,20 +197,20 @@ inline std::vector<PhaseFit> phase_fits(const Exposures& exposures) {
   return fits;
 }
 
-/// Why these are not four_exposures in their order, as a sentence; empty when they are.
+/// Reason why these are not four_exposures in their order, as a sentence; empty if they are.
 inline std::string not_the_four(const Exposures& exposures) {
   if (are_the_four(exposures)) return {};
   return "needs four exposures at 0, 90, 180 and 270 deg of one frequency, in this order; there are " +
          exposures_text(exposures);
 }
 
-/// Why these are not exposures of one frequency, as a sentence; empty when they are.
+/// Reason why these are not exposures of one frequency, as a sentence; empty if they are.
 inline std::string not_one_frequency(const Exposures& exposures) {
   if (phase_fits(exposures).size() == 1) return {};
   return "needs exposures of one frequency; there are " + exposures_text(exposures);
 }
 
-/// Why no phase can be told from these exposures, as a sentence; empty when it can.
+/// Reason why these exposures do not determine a phase, as a sentence; empty if they do.
 inline std::string exposures_problem(const Exposures& exposures) {
   if (exposures.size() < min_exposures || exposures.size() > max_exposures)
     return "a frame has " + std::to_string(exposures.size()) + " exposures, expected 3 to 32";

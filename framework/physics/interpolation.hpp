@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Interpolation along one axis that makes no extrema between its points.
+/// @file One-dimensional interpolation that introduces no extrema between its points.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@
 namespace tofgraph::physics {
 
 /// Piecewise cubic Hermite interpolation after Fritsch and Butland (1984), as in PCHIP: it passes through its points,
-/// has a continuous slope, and rises wherever they rise. Beyond its ends it is a straight line.
+/// has a continuous slope, and is monotonic wherever they are. Beyond the end points it extrapolates linearly.
 class MonotoneCurve {
  public:
   MonotoneCurve() = default;
-  /// @param x strictly rising, at least one @param y as many
+  /// @param x strictly increasing, at least one @param y as many as x
   /// @throws std::invalid_argument otherwise
   MonotoneCurve(std::vector<double> x, std::vector<double> y) : x_(std::move(x)), y_(std::move(y)) {
     const bool rising = std::ranges::adjacent_find(x_, std::ranges::greater_equal()) == x_.end();
@@ -46,7 +46,7 @@ class MonotoneCurve {
  private:
   double secant(std::size_t i) const { return (y_[i + 1] - y_[i]) / (x_[i + 1] - x_[i]); }
 
-  /// The weighted harmonic mean of the neighbouring secants; 0 at an extremum.
+  /// Weighted harmonic mean of the neighbouring secants; 0 at an extremum.
   double inner_slope(std::size_t i) const {
     const double before = secant(i - 1), after = secant(i);
     if (!(before * after > 0)) return 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The lens: OpenCV's model of distortion, its inverse, and the table of pixel rays that follows from it.
+/// @file Lens: OpenCV's distortion model, its inverse, and the table of pixel rays computed from it.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -14,21 +14,21 @@
 
 namespace tofgraph::physics {
 
-/// A point of the image plane at z = 1 in the optical frame (tangents of the ray's angles).
+/// Point of the image plane at z = 1 in the optical frame (tangents of the ray's angles).
 struct ImagePoint {
   double x = 0, y = 0;
 };
 
 /// OpenCV's lens model with k1 to k6, p1, p2 and s1 to s4, or its fisheye model (Kannala and Brandt, A generic camera
 /// model and calibration method for conventional, wide-angle, and fish-eye lenses, PAMI 2006): an angle theta from the
-/// axis is imaged at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8). On points of the image
-/// plane at z = 1, so up to 89.9 deg from the axis.
+/// axis is imaged at the radius theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8). Points are on the image
+/// plane at z = 1, which limits the angle to 89.9 deg from the axis.
 class Lens {
  public:
   Lens() = default;
   /// @param coefficients k1 k2 p1 p2 k3, the order of `tofgraph_camera::distortion`
   explicit Lens(const double (&coefficients)[5]) : Lens(coefficients, none) {}
-  /// The lens of a camera.
+  /// Constructs the lens of a camera.
   explicit Lens(const tofgraph_camera& camera)
       : Lens(camera.lens_model == TOFGRAPH_LENS_OPENCV ? camera.distortion : no_distortion,
              camera.lens_model == TOFGRAPH_LENS_OPENCV ? camera.further_distortion : none) {
@@ -38,7 +38,7 @@ class Lens {
     limit_ = max_angle();
   }
 
-  /// Image of a point by the lens that a pinhole would image at `p`.
+  /// Distorted image of the point that a pinhole would image at `p`.
   ImagePoint distort(ImagePoint p) const {
     if (fisheye_) {
       const double r = std::sqrt(p.x * p.x + p.y * p.y), scale = r > 1e-9 ? radius_at(std::atan(r)) / r : 1;
@@ -50,20 +50,20 @@ class Lens {
             p.y * radial + p1_ * (s + 2 * p.y * p.y) + 2 * p2_ * p.x * p.y + s * (s3_ + s * s4_)};
   }
 
-  /// Returns whether a point is in the domain in which the model can be inverted.
+  /// Returns true for a point in the domain in which the model can be inverted.
   bool invertible_at(ImagePoint p) const {
     if (fisheye_) return std::atan(std::sqrt(p.x * p.x + p.y * p.y)) < limit_;
     return p.x * p.x + p.y * p.y < limit_ && jacobian(p).determinant() > 0;
   }
 
-  /// The inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be
+  /// Inverse of distort(): Newton steps, shortened where they would leave the domain in which the model can be
   /// inverted (the radius below the first turning point of the radial part, positive Jacobian).
-  /// @returns nothing when the point lies outside the image of that domain, or no solution within 1e-12 was found.
+  /// @returns nullopt if the point lies outside the image of that domain, or no solution within 1e-12 was found.
   std::optional<ImagePoint> undistort(ImagePoint distorted) const {
     if (fisheye_) return undistort_fisheye(distorted);
     ImagePoint p{};
     double left = residual(p, distorted);
-    constexpr int max_steps = 60;  // a solution on the border of the domain converges linearly only
+    constexpr int max_steps = 60;  // a solution on the border of the domain converges only linearly
     for (int i = 0; i < max_steps && left > tolerance; ++i) {
       const Jacobian j = jacobian(p);
       const ImagePoint q = distort(p);
@@ -93,7 +93,7 @@ class Lens {
         s4_(further[6]),
         limit_(rational() ? first_turning_point_of_quotient() : first_turning_point()) {}
 
-  /// Radius in the image of an angle from the axis, rad, and its derivative.
+  /// Image radius of an angle from the axis, rad, and its derivative.
   double radius_at(double theta) const {
     const double s = theta * theta;
     return theta * (1 + s * (powers_[0] + s * (powers_[1] + s * (powers_[2] + s * powers_[3]))));
@@ -102,7 +102,7 @@ class Lens {
     const double s = theta * theta;
     return 1 + s * (3 * powers_[0] + s * (5 * powers_[1] + s * (7 * powers_[2] + s * 9 * powers_[3])));
   }
-  /// The angle up to which the radius grows, looked for in steps of 0.1 deg up to 89.9 deg.
+  /// Angle up to which the radius increases, searched in steps of 0.1 deg up to 89.9 deg.
   double max_angle() const {
     constexpr double degree = 0.017453292519943295;
     for (int step = 1; step < 900; ++step) {
@@ -113,7 +113,7 @@ class Lens {
     return 89.9 * degree;
   }
 
-  /// Newton steps for the angle, bisections where they leave the interval that holds it.
+  /// Newton steps for the angle, with bisection if they leave the bracketing interval.
   std::optional<ImagePoint> undistort_fisheye(ImagePoint distorted) const {
     const double radius = std::sqrt(distorted.x * distorted.x + distorted.y * distorted.y);
     if (!(radius < radius_at(limit_))) return std::nullopt;
@@ -160,10 +160,10 @@ class Lens {
   double residual(ImagePoint p, ImagePoint distorted) const {
     const ImagePoint q = distort(p);
     const double x = q.x - distorted.x, y = q.y - distorted.y;
-    return std::sqrt(x * x + y * y);  // several times as fast as std::hypot, and nothing here is near an overflow
+    return std::sqrt(x * x + y * y);  // several times as fast as std::hypot; overflow cannot occur here
   }
 
-  /// Goes the whole step, or the largest of its halves that stays in the domain and comes nearer.
+  /// Takes the full step, or the longest repeatedly halved one that stays in the domain and reduces the error.
   bool advance(ImagePoint& p, ImagePoint step, ImagePoint distorted, double& left) const {
     for (double part = 1; part > 1e-6; part /= 2) {
       const ImagePoint next{p.x + part * step.x, p.y + part * step.y};
@@ -177,7 +177,7 @@ class Lens {
     return false;
   }
 
-  /// The least s = r^2 at which d(r radial(r))/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 is 0; else infinity.
+  /// Smallest s = r^2 at which d(r radial(r))/dr = 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 is 0; infinity if there is none.
   double first_turning_point() const {
     constexpr double farthest = 1e6;  // s: a thousand focal lengths off the axis, 89.94 deg
     const auto rise = [&](double s) { return 1 + s * (3 * k1_ + s * (5 * k2_ + s * 7 * k3_)); };
@@ -200,8 +200,8 @@ class Lens {
     return std::numeric_limits<double>::infinity();
   }
 
-  /// The same for the rational model; also where its denominator turns 0. Looked for in steps of 1 % up to 89 deg off
-  /// the axis.
+  /// The same limit for the rational model, also where its denominator reaches 0. Searched in steps of 1 % up to 89 deg
+  /// from the axis.
   double first_turning_point_of_quotient() const {
     constexpr double begin = 1e-6, end = 3300, ratio = 1.01;
     const auto rise = [&](double s) {
@@ -226,13 +226,13 @@ class Lens {
 
   double k1_ = 0, k2_ = 0, k3_ = 0, k4_ = 0, k5_ = 0, k6_ = 0, p1_ = 0, p2_ = 0;
   double s1_ = 0, s2_ = 0, s3_ = 0, s4_ = 0;
-  double limit_ = std::numeric_limits<double>::infinity();  ///< square of the radius; of a fisheye the angle, rad
+  double limit_ = std::numeric_limits<double>::infinity();  ///< square of the radius; for a fisheye the angle, rad
   bool fisheye_ = false;
   double powers_[4] = {};  ///< k1 to k4 of the fisheye
 };
 
-/// The image point of a place in a camera's table of rays, bilinear between the pixels; nothing beyond half a pixel
-/// outside the image, and where one of the four rays is unknown or points to the side.
+/// Image-plane point at a pixel position from a camera's table of rays, bilinear between the pixels; nullopt beyond
+/// half a pixel outside the image, and if one of the four rays is unknown or not directed forwards.
 inline std::optional<ImagePoint> point_in_table(const tofgraph_camera& camera, double u, double v) {
   const double last_u = camera.width - 1.0, last_v = camera.height - 1.0;
   if (camera.rays == nullptr || camera.width < 2 || camera.height < 2 || !(u >= -0.5) || !(u <= last_u + 0.5) ||
@@ -254,22 +254,22 @@ inline std::optional<ImagePoint> point_in_table(const tofgraph_camera& camera, d
   return sum;
 }
 
-/// The undistorted image point of a pixel; nothing outside the lens model.
-/// @param u, v 0-based pixel coordinates, a pixel's centre at integers
+/// Undistorted image-plane point of a pixel position; nullopt outside the domain of the lens model.
+/// @param u, v 0-based pixel coordinates; pixel centres are at integers
 inline std::optional<ImagePoint> image_point(const tofgraph_camera& camera, const Lens& lens, double u, double v) {
   if (camera.lens_model == TOFGRAPH_LENS_RAYS) return point_in_table(camera, u, v);
   const double y = (v - camera.principal_point[1]) / camera.focal_px[1];
   return lens.undistort({(u - camera.principal_point[0]) / camera.focal_px[0] - camera.skew * y, y});
 }
 
-/// The pixel coordinates of a distorted image point, 0-based; the inverse of the first step of image_point().
+/// Pixel coordinates of a distorted image-plane point, 0-based; the inverse of the first step of image_point().
 inline ImagePoint pixel_at(const tofgraph_camera& camera, ImagePoint distorted) {
   return {camera.focal_px[0] * (distorted.x + camera.skew * distorted.y) + camera.principal_point[0],
           camera.focal_px[1] * distorted.y + camera.principal_point[1]};
 }
 
-/// The place in the image of a point of the plane at z = 1, the inverse of image_point(): by the lens model, or in a
-/// table of rays by Newton steps from the pinhole that fits it. Nothing where the point is not imaged.
+/// Pixel position of a point of the plane at z = 1, the inverse of image_point(): by the lens model, or in a table of
+/// rays by Newton steps from the best-fitting pinhole. Nullopt if the point is not imaged.
 inline std::optional<ImagePoint> pixel_of(const tofgraph_camera& camera, const Lens& lens, ImagePoint p) {
   if (camera.lens_model != TOFGRAPH_LENS_RAYS)
     return lens.invertible_at(p) ? std::optional(pixel_at(camera, lens.distort(p))) : std::nullopt;
@@ -295,9 +295,9 @@ inline std::optional<ImagePoint> pixel_of(const tofgraph_camera& camera, const L
   return outside ? std::optional(at) : std::nullopt;
 }
 
-/// The ray of each pixel: needs focal_px, principal_point, skew and distortion of the camera, no lengths in metres.
+/// Ray of each pixel: needs focal_px, principal_point, skew and distortion of the camera, no lengths in metres.
 /// @param rays out: height x width x 3, unit vectors in the optical frame (x right, y down, z forward); NaN where
-///        the lens model cannot be inverted, everywhere when focal_px or principal_point are not known
+///        the lens model cannot be inverted, and everywhere if focal_px or principal_point is unknown
 inline void pixel_rays(const tofgraph_camera& camera, float* rays) {
   const Lens lens(camera);
   for (std::uint32_t v = 0; v < camera.height; ++v) {

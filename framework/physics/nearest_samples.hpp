@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Nearest neighbours among scattered samples, by FLANN's kd-tree.
+/// @file Nearest neighbours among scattered samples, using FLANN's kd-tree.
 #pragma once
 
 #include <flann/flann.hpp>
@@ -14,7 +14,7 @@
 
 namespace tofgraph::physics {
 
-/// Points in three dimensions, searched exactly. Searches may run in several threads.
+/// Points in three dimensions with exact search. Several threads may search at the same time.
 class NearestSamples {
  public:
   using Point = std::array<double, 3>;
@@ -30,7 +30,7 @@ class NearestSamples {
 
   std::size_t size() const { return points_ ? points_->size() : 0; }
 
-  /// Calls `use(index, squared distance)` for the nearest points, the nearest first.
+  /// Calls `use(index, squared distance)` for the nearest points in ascending order of distance.
   /// @param count at most 16 are found
   template <class Use> void nearest(const Point& place, std::size_t count, Use&& use) const {
     std::array<std::size_t, 16> index{};
@@ -46,7 +46,7 @@ class NearestSamples {
 
  private:
   using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
-  std::shared_ptr<std::vector<Point>> points_;  // the tree looks at them
+  std::shared_ptr<std::vector<Point>> points_;  // referenced by the tree
   std::shared_ptr<Tree> tree_;
 };
 

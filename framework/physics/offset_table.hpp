@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The integration-time and reflectivity offset between the conditions in which it was measured: which depth a board
-/// really has whose measured depth is z, at a reflectivity and an integration time. Chapter 6 of the reference.
+/// Integration-time and reflectivity offset, interpolated between the conditions in which it was measured: true depth
+/// of a board from its measured depth z, reflectivity and integration time. Chapter 6 of the reference.
 #pragma once
 
 #include <tofgraph/physics/interpolation.hpp>
@@ -23,35 +23,35 @@ namespace tofgraph::physics {
 
 /// Measurement of one board.
 struct OffsetSample {
-  std::size_t target = 0;       ///< which of the targets, from 0
+  std::size_t target = 0;       ///< 0-based index of the target
   double distance = 0;          ///< m, T: sensor plane to board
   double depth = 0;             ///< m, z = D_avg: mean depth after the non-linearity model, (6.3)
   double integration_time = 0;  ///< s
-  double reflectivity = 0;      ///< amplitude D_t^2 / (gain t_int), as this condition shows it; NaN: not known
+  double reflectivity = 0;      ///< amplitude D_t^2 / (gain t_int), from this condition; NaN: unknown
 };
 
-/// Interpolates samples by their shape.
+/// Interpolation of the samples, by their arrangement.
 ///
 /// * grid: the targets were measured at several integration times at each distance. A monotone curve T(z) for each
-///   target and time; linear in the logarithm of the time. Cells may be empty.
+///   target and time, interpolated in the logarithm of the time. Cells may be empty.
 /// * sheet: one integration time at each distance of a target, as in the published tables. A monotone curve T(z) for
-///   each target; the time belongs to the place.
-/// * scattered: anything else. The errors T - z of the nearest samples (FLANN), weighted by the inverse square of their
-///   distance, with axes normalised to their span. The reflectivity is an axis where all samples have one.
+///   each target; the time is a function of the depth.
+/// * scattered: anything else. Errors T - z of the nearest samples (FLANN), weighted by the inverse square of their
+///   distance, with axes normalised to their span. Reflectivity is an axis if all samples state one.
 ///
-/// Between targets, grid and sheet are monotone curves over the logarithm of the reflectivity.
+/// Between targets, grid and sheet use monotone curves over the logarithm of the reflectivity.
 class OffsetTable {
  public:
   enum class Shape { grid, sheet, scattered };
 
-  /// The depths of all targets at one measured depth and integration time.
+  /// Depths of all targets at one measured depth and integration time.
   class Across {
    public:
     struct Found {
       double depth;       ///< m, T
-      bool extrapolated;  ///< outside what was measured
+      bool extrapolated;  ///< outside the range of the samples
     };
-    /// @param reflectivity as a pixel shows it; where there is one target only it does not change the depth
+    /// @param reflectivity of the pixel; if there is only one target it does not affect the depth
     Found at(double reflectivity) const {
       const double level = std::log(reflectivity);
       const double inside = std::clamp(level, curve_.first() - level_margin, curve_.last() + level_margin);
@@ -59,7 +59,7 @@ class OffsetTable {
               outside_ || inside != level};
     }
 
-    /// The reflectivities that are no extrapolation here; none: first > second.
+    /// Range of reflectivities that need no extrapolation here; empty range: first > second.
     std::pair<double, double> inside() const {
       if (outside_) return {std::numeric_limits<double>::infinity(), 0};
       return {std::exp(curve_.first() - level_margin), std::exp(curve_.last() + level_margin)};
@@ -74,7 +74,7 @@ class OffsetTable {
   };
 
   /// @param samples at least one; no two of one target, distance and time
-  /// @throws std::invalid_argument where the true distance does not rise with the measured depth, with the range
+  /// @throws std::invalid_argument if the true distance does not increase with the measured depth, naming the range
   explicit OffsetTable(std::vector<OffsetSample> samples) : samples_(std::move(samples)) {
     for (const OffsetSample& s : samples_) targets_ = std::max(targets_, s.target + 1);
     counts_.assign(targets_, 0);
@@ -91,12 +91,12 @@ class OffsetTable {
 
   Shape shape() const { return shape_; }
   const std::vector<OffsetSample>& samples() const { return samples_; }
-  /// Returns whether all reflectivities are known, so a pixel's target can be found by its amplitude.
+  /// Returns true if all reflectivities are known, so that the amplitude identifies the target of a pixel.
   bool knows_reflectivities() const { return knows_reflectivities_; }
-  /// The geometric mean of what a target's conditions show; NaN: not known.
+  /// Geometric mean of the reflectivities from a target's conditions; NaN: unknown.
   double reflectivity(std::size_t target) const { return std::exp(levels_[target]); }
 
-  /// Needs all reflectivities. @param z m, measured @param time s
+  /// Requires all reflectivities. @param z m, measured @param time s
   Across across(double z, double time) const {
     Across result;
     result.z_ = z;
@@ -122,7 +122,7 @@ class OffsetTable {
     return result;
   }
 
-  /// The same for one target, whatever its reflectivity is.
+  /// The same for one target, independent of its reflectivity.
   Across::Found of_target(std::size_t target, double z, double time) const {
     if (shape_ == Shape::scattered) return {z + nearest_error(z, levels_[target], time), outside_of_spans(z, time)};
     const Place place = along(target, z, time);
@@ -130,23 +130,23 @@ class OffsetTable {
   }
 
  private:
-  /// Margin beyond the samples that still counts as inside, as the noise of pixels of the outermost boards is not an
-  /// extrapolation.
+  /// Margin beyond the samples that is not yet extrapolation, because the pixels of the outermost boards scatter by
+  /// their noise.
   static constexpr double depth_margin = 0.03;     ///< relative to the depth
   static constexpr double level_margin = 0.25;     ///< in ln reflectivity
   static constexpr double time_margin = 0.05;      ///< in ln time
-  static constexpr double sheet_margin = 0.41;     ///< in ln time, for a sheet: a factor 1.5
-  static constexpr std::size_t nearest_count = 8;  ///< samples whose errors are averaged
+  static constexpr double sheet_margin = 0.41;     ///< in ln time, for a sheet: a factor of 1.5
+  static constexpr std::size_t nearest_count = 8;  ///< number of samples that are averaged
 
-  /// T and ln reflectivity of a target at a place, and whether that is outside of its samples.
+  /// T and ln reflectivity of a target at a depth and time, and whether these are outside its samples.
   struct Place {
     double depth, level;
     bool outside;
   };
   struct Curve {
-    double time;                 ///< s; of a sheet NaN
+    double time;                 ///< s; NaN for a sheet
     MonotoneCurve depth, level;  ///< over z
-    MonotoneCurve time_along;    ///< ln time, of a sheet
+    MonotoneCurve time_along;    ///< ln time, for a sheet
   };
 
   Shape shape_of() const {
@@ -204,7 +204,7 @@ class OffsetTable {
     return sum / count;
   }
 
-  /// On one curve; what is far beyond its ends keeps the error of the end.
+  /// Evaluates one curve; far beyond its ends the error T - z of the end is kept.
   static Place on(const Curve& curve, double z, double time) {
     const double low = curve.depth.first() * (1 - depth_margin), high = curve.depth.last() * (1 + depth_margin);
     const double inside = curve.depth.size() > 1 ? std::clamp(z, low, high) : curve.depth.first();
@@ -214,10 +214,10 @@ class OffsetTable {
     return {curve.depth(inside) + (z - inside), curve.level(measured), z < low || z > high || other_time};
   }
 
-  /// Between the two times of the target that bracket this one at this depth.
+  /// Interpolates between the two times of the target that bracket this one at this depth.
   Place along(std::size_t target, double z, double time) const {
     const Curve *below = nullptr, *above = nullptr;
-    for (const Curve& curve : curves_[target]) {  // by time
+    for (const Curve& curve : curves_[target]) {  // in ascending order of time
       if (shape_ == Shape::sheet) return on(curve, z, time);
       if (on(curve, z, time).outside && reaches(target, z)) continue;
       if (curve.time <= time) below = &curve;
@@ -234,12 +234,12 @@ class OffsetTable {
             far || low.outside || high.outside};
   }
 
-  /// Returns whether some curve of the target covers this depth.
+  /// Returns true if a curve of the target covers this depth.
   bool reaches(std::size_t target, double z) const {
     return std::ranges::any_of(curves_[target], [&](const Curve& curve) { return !on(curve, z, curve.time).outside; });
   }
 
-  /// Smallest and largest of z, ln reflectivity, ln time.
+  /// Minimum and maximum of z, ln reflectivity, ln time.
   void set_spans() {
     for (const OffsetSample& s : samples_) {
       const std::array<double, 3> place = {s.depth, std::log(s.reflectivity), std::log(s.integration_time)};
@@ -256,8 +256,8 @@ class OffsetTable {
            log_time > high_[2] + time_margin;
   }
 
-  /// A place with its axes in units of their span. The offset changes with the distance ten times over its span, slowly
-  /// with the others.
+  /// Coordinates in units of the span of each axis. The depth axis is stretched by 10, because the offset changes ten
+  /// times over the span of the distance and slowly along the other axes.
   NearestSamples::Point scaled(double z, double level, double time) const {
     const std::array<double, 3> weights = {10, knows_reflectivities() ? 1.0 : 0.0, 1}, at = {z, level, std::log(time)};
     NearestSamples::Point point{};
@@ -288,13 +288,13 @@ class OffsetTable {
 
   std::vector<OffsetSample> samples_;
   std::size_t targets_ = 0;
-  std::vector<std::size_t> counts_;  // of samples, by target; a target may have none
+  std::vector<std::size_t> counts_;  // number of samples by target; a target may have none
   Shape shape_ = Shape::sheet;
   bool knows_reflectivities_ = false;
-  std::vector<std::vector<Curve>> curves_;  // by target, in the order of their times
+  std::vector<std::vector<Curve>> curves_;  // by target, in ascending order of time
   std::vector<double> levels_;              // of the targets, ln reflectivity
   std::array<double, 3> low_{1e9, 1e9, 1e9}, high_{-1e9, -1e9, -1e9};
-  NearestSamples nearest_;  // of scattered samples
+  NearestSamples nearest_;  // for scattered samples
 };
 
 }  // namespace tofgraph::physics

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A Gaussian over an image, dark outside: two products with matrices, exact for any width.
+/// @file Gaussian blur of an image with dark surroundings: two matrix products, exact for any width.
 #pragma once
 
 #include <Eigen/Dense>
@@ -12,7 +12,7 @@ namespace tofgraph::physics {
 
 template <class Value> using PixelMatrix = Eigen::Matrix<Value, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Weights exp(-d^2 / (2 width^2)), scaled so that they sum to 1 over an endless grid.
+/// Weights exp(-d^2 / (2 width^2)), normalised to a sum of 1 over an infinite grid.
 class PlaneBlur {
  public:
   /// @param width standard deviation in pixels of the image

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Random numbers by counter: the same numbers for the same (seed, frame, pixel), in whatever order and thread they
-/// are asked for. Philox4x32-10 of Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
+/// Counter-based random numbers: the same numbers for the same (seed, frame, pixel), independent of call order and
+/// thread. Philox4x32-10 of Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
 #pragma once
 
 #include <tofgraph/physics/constants.hpp>
@@ -28,7 +28,7 @@ constexpr RandomWords philox(RandomWords counter, std::array<std::uint32_t, 2> k
 }
 
 /// Four independent standard normal numbers for one pixel of one frame (Box and Muller).
-/// @param stream tells uses within a frame apart
+/// @param stream distinguishes uses within a frame
 inline std::array<double, 4> normal_numbers(std::uint64_t seed, std::uint64_t frame, std::uint32_t pixel,
                                             std::uint32_t stream = 0) {
   const RandomWords words =

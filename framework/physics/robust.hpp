@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Statistics that a few wild values do not change.
+/// @file Statistics that are robust against outliers.
 #pragma once
 
 #include <algorithm>
@@ -10,10 +10,10 @@
 
 namespace tofgraph::physics {
 
-/// Standard deviation of normal values over the median of their absolute deviations.
+/// Ratio of the standard deviation of normal values to their median absolute deviation.
 inline constexpr double sd_of_deviations = 1.4826;
 
-/// The middle one of values, of an even number the upper one of the middle two; NaN of none. Their order is changed.
+/// Median of the values, for an even number the upper of the middle two; NaN if there are none. Reorders the values.
 template <std::ranges::random_access_range Values> std::ranges::range_value_t<Values> median(Values&& values) {
   using Value = std::ranges::range_value_t<Values>;
   const auto count = std::ranges::ssize(values);

@@ -9,9 +9,9 @@
 
 namespace tofgraph::physics {
 
-/// Nearest whole number of a value, halves away from zero; limited to the range of the type. Unlike a cast it is
-/// defined for every value.
-/// @param otherwise result for what is not a number
+/// Nearest integer of a value, halves away from zero, clamped to the range of the type. Unlike a cast it is defined
+/// for every value.
+/// @param otherwise result for NaN
 template <std::integral Int> Int to_integer(double value, Int otherwise) {
   if (std::isnan(value)) return otherwise;
   const double whole = std::round(value);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// From the wrapped phases of several modulation frequencies to one distance, in double: the reference form of
-/// phase_decoder.
+/// Unwrapping: one distance from the wrapped phases of several modulation frequencies, in double. Reference
+/// implementation of phase_decoder.
 #pragma once
 
 #include <tofgraph/physics/exposures.hpp>
@@ -14,8 +14,8 @@
 
 namespace tofgraph::physics {
 
-/// The greatest frequency of which all are multiples, within 1 ppm of the highest, Hz; 0 when there is none above a
-/// thousandth of the highest. Distances repeat after c / (2 f).
+/// Greatest common divisor of the frequencies, within 1 ppm of the highest, Hz; 0 if none is greater than a thousandth
+/// of the highest. Distances repeat after c / (2 f).
 inline double common_frequency(const std::vector<double>& frequencies) {
   const double highest = *std::ranges::max_element(frequencies);
   double common = 0;
@@ -29,17 +29,17 @@ inline double common_frequency(const std::vector<double>& frequencies) {
   return common >= highest * 1e-3 ? common : 0;
 }
 
-/// Which of the distances that wrapped phases allow is the most likely one.
+/// Selects the most likely of the distances that are consistent with the wrapped phases.
 class Unwrapping {
  public:
-  /// @param frequencies lowest first, Hz
-  /// @param max_range nothing is farther away, m; infinity: where the frequencies repeat together
-  /// @throws std::invalid_argument when neither is known
+  /// @param frequencies in ascending order, Hz
+  /// @param max_range upper limit of the distances, m; infinity: the common period of the frequencies
+  /// @throws std::invalid_argument if neither is known
   explicit Unwrapping(const std::vector<double>& frequencies,
                       double max_range = std::numeric_limits<double>::infinity()) {
     for (const double frequency : frequencies) ranges_.push_back(unambiguous_range(frequency));
     const double common = common_frequency(frequencies), step = ranges_.back();
-    // A whole number of the highest frequency's wraps, whatever the frequencies are rounded to.
+    // An integer number of wraps of the highest frequency, however the frequencies are rounded.
     if (common > 0) repeat_ = std::round(frequencies.back() / common) * step;
     if (!(max_range < repeat_)) {
       if (repeat_ == std::numeric_limits<double>::infinity())
@@ -47,19 +47,19 @@ class Unwrapping {
       last_ = to_integer(repeat_ / step, 1L) - 1;
       return;
     }
-    // One more before and behind: noise takes distances over the ends.
+    // One more at each end: noise moves distances beyond the ends.
     max_range_ = max_range;
     first_ = -1;
     last_ = to_integer(std::ceil(max_range / step), 0L);
   }
 
   struct Result {
-    double distance;      ///< m; NaN where a phase is
-    double cost, second;  ///< chi-square of the best, and of the second best wraps
+    double distance;      ///< m; NaN if a phase is NaN
+    double cost, second;  ///< chi-square of the best and of the second-best wraps
   };
 
-  /// Maximum likelihood over the wraps: for each wrap of the highest frequency the nearest ones of the others.
-  /// @param distances each within its own range, m @param weights 1 / variance, 1/m^2
+  /// Maximum likelihood over the wraps: for each wrap of the highest frequency the nearest wraps of the others.
+  /// @param distances each within its unambiguous range, m @param weights 1 / variance, 1/m^2
   Result operator()(std::span<const double> distances, std::span<const double> weights) const {
     constexpr double never = std::numeric_limits<double>::infinity();
     const std::size_t last = ranges_.size() - 1;
@@ -86,11 +86,11 @@ class Unwrapping {
   }
 
   const std::vector<double>& ranges() const { return ranges_; }  ///< per frequency, m
-  /// Returns whether the whole common range is used cyclically; otherwise it ends at max_range.
+  /// Returns true if the full common range is used cyclically; otherwise it ends at max_range.
   bool cyclic() const { return max_range_ == std::numeric_limits<double>::infinity(); }
   double range() const { return std::min(repeat_, max_range_); }  ///< m
   double repeat() const { return repeat_; }                       ///< m; infinity: never
-  /// Wraps of the highest frequency that are tried.
+  /// Number of wraps of the highest frequency that are tried.
   long first() const { return first_; }
   long last() const { return last_; }
 
@@ -100,17 +100,17 @@ class Unwrapping {
   long first_ = 0, last_ = 0;
 };
 
-/// Distance and amplitude of one pixel from any exposures: the reference form of phase_decoder, for samples of equal
-/// variance.
+/// Distance and amplitude of one pixel from any exposures: the reference implementation of phase_decoder, for samples
+/// of equal variance.
 class PhaseDecoding {
  public:
-  /// @param own the frame's own modulation frequency, Hz, for exposures that have none
-  /// @throws std::invalid_argument when the frequencies have no common range
+  /// @param own the frame's modulation frequency, Hz, used for exposures that state none
+  /// @throws std::invalid_argument if the frequencies have no common range
   PhaseDecoding(const Exposures& exposures, double own)
       : fits_(phase_fits(exposures)), unwrapping_(each_once(frequencies_of(exposures, own))) {}
 
   struct Decoded {
-    double distance, amplitude;  ///< m; counts, the mean of the frequencies
+    double distance, amplitude;  ///< m; counts, mean over the frequencies
     double disagreement;         ///< chi of the best wraps, for samples with the amplitude's standard deviation
   };
   Decoded operator()(const std::vector<double>& samples) const {
@@ -135,7 +135,7 @@ class PhaseDecoding {
     return {best.distance, amplitude, std::sqrt(std::max(best.cost, 0.0)) / amplitude};
   }
   const std::vector<PhaseFit>& fits() const { return fits_; }
-  /// Distances repeat after this, m.
+  /// Distance after which distances repeat, m.
   double range() const { return unwrapping_.range(); }
 
  private:

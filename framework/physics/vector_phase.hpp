@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The phase of many pixels at once, for code that is compiled once a processor (Highway's foreach_target): include
-/// it after <hwy/foreach_target.h>. The guard is Highway's idiom for a header that is compiled as often as that.
+/// Phase of many pixels at once, for code that is compiled once per processor target (Highway's foreach_target):
+/// include it after <hwy/foreach_target.h>. The guard is Highway's idiom for a header that is compiled several times.
 #if defined(TOFGRAPH_PHYSICS_VECTOR_PHASE_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_PHYSICS_VECTOR_PHASE_HPP
 #undef TOFGRAPH_PHYSICS_VECTOR_PHASE_HPP
@@ -17,8 +17,8 @@ namespace tofgraph::physics::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// atan(t) for 0 <= t <= 1: the odd polynomial of degree 15 with the least greatest error, which is 3.75e-8 rad; with
-/// the rounding of float arithmetic below 1.2e-7 rad.
+/// atan(t) for 0 <= t <= 1: odd minimax polynomial of degree 15 with a maximum error of 3.75e-8 rad; with the rounding
+/// of float arithmetic below 1.2e-7 rad.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V AtanToOne(D d, V t) {
   constexpr float c[] = {9.999993356601388e-1F, -3.332986107930474e-1F, 1.9946568820775706e-1F, -1.3908643991372088e-1F,
                          9.642230114508069e-2F, -5.591271647337052e-2F, 2.1863189557017375e-2F, -4.05462146207399e-3F};
@@ -30,7 +30,7 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V AtanToOne(D d, V t) {
 
 /// metres_per_radian * atan2(sine, cosine) wrapped to [0, range), where range is 2 pi metres_per_radian. The angle is
 /// reduced to 0..pi/4 and scaled before it is unfolded, so that the result is within 1.5 units in the last place of the
-/// range. NaN where both are 0, of no use where one is not finite.
+/// range. NaN where both are 0; meaningless where one is not finite.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V WrappedDistance(D d, V sine, V cosine, V metres_per_radian, V range) {
   const V zero = hn::Zero(d), tall = hn::Abs(sine), wide = hn::Abs(cosine);

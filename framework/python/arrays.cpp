@@ -40,14 +40,14 @@ const tofgraph_frame::Channel& find(const auto& channels, const std::string& nam
   throw py::key_error(text);
 }
 
-/// The memory of an array that a channel shares, given back under the interpreter's lock.
+/// Releases an array whose memory a channel shares, under the GIL.
 void release_array(void* owner) {
-  if (Py_IsInitialized() == 0) return;  // the interpreter is gone, and the array with it
+  if (Py_IsInitialized() == 0) return;  // the interpreter has ended and freed the array
   const RunLock lock;
   Py_DECREF(static_cast<PyObject*>(owner));
 }
 
-/// Calls a function with name, member, bit and meaning of each field of the metadata that a source may set.
+/// Calls a function with name, member, bit and meaning of each metadata field that a source may set.
 void for_each_metadata(auto&& call) {
   call("device_number", &tofgraph_metadata::device_number, 0U, "counter of the device: gaps are lost frames");
   call("timestamp_ns", &tofgraph_metadata::timestamp_ns, TOFGRAPH_KNOWS_TIMESTAMP + 0U,
@@ -116,7 +116,7 @@ std::string unit_of(const std::string& channel) {
 
 py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writable) {
   struct Owner {
-    Pool pool;  // before the buffer, which goes back to it
+    Pool pool;  // before the buffer, which returns to it
     graph::BufferRef buffer;
   };
   const std::vector<py::ssize_t> shape(channel.extent, channel.extent + channel.rank);
@@ -147,7 +147,7 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
   const std::uint32_t type = type_of(given.dtype());
   const bool whole = (given.flags() & py::array::c_style) != 0 && given.owndata();
   py::array array = whole ? given : py::array(given.attr("copy")("C"));
-  array.attr("flags").attr("writeable") = false;  // it is the frame's now
+  array.attr("flags").attr("writeable") = false;  // the frame owns it now
   tofgraph_view view{};
   view.size = sizeof view;
   view.type = type;
@@ -171,7 +171,7 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
 py::array StageFrame::modify(const std::string& channel) const {
   tofgraph_frame& frame = get();
   const tofgraph_frame::Channel& now = find(frame.channels, channel);
-  // A second call would see the first one's array as another reader, and copy.
+  // A second call to modify() would see the first array as another reader and copy the channel.
   if (const auto lent = modified_.find(channel); lent != modified_.end() && lent->second.data() == now.buffer.data())
     return lent->second;
   tofgraph_view view{};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph._core: pipelines, their frames, stages written in Python. What users call is in tofgraph/*.py.
+// tofgraph._core: pipelines, their frames, stages written in Python. The public interface is tofgraph/*.py.
 #include "config/json_text.hpp"
 #include "python/arrays.hpp"
 #include "python/run.hpp"
@@ -14,7 +14,7 @@
 namespace tofgraph::python {
 namespace {
 
-/// {text, mistakes: [{file, line, column, severity, message, hint}]}: what ConfigurationError is made from.
+/// Converts the errors to {text, mistakes: [{file, line, column, severity, message, hint}]} for ConfigurationError.
 py::list mistakes_of(const config::ConfigurationError& error) {
   py::list mistakes;
   for (const config::Diagnostic& mistake : error.mistakes()) {
@@ -39,7 +39,7 @@ void translate(std::exception_ptr thrown) {  // NOLINT(performance-unnecessary-v
   try {
     if (thrown) std::rethrow_exception(thrown);
   } catch (const py::builtin_exception&) {
-    throw;  // KeyError, TypeError, ..: pybind11's own
+    throw;  // KeyError, TypeError, ..: converted by pybind11
   } catch (const config::ConfigurationError& error) {
     raise("ConfigurationError", py::make_tuple(error.what(), mistakes_of(error)));
   } catch (const graph::PluginError& error) {

@@ -14,7 +14,7 @@
 namespace tofgraph::python {
 namespace {
 
-/// The node whose frames are wanted: the named one, or the last that is not a sink.
+/// Returns the node whose frames are requested: the named one, or the last that is not a sink.
 std::string node_of(const graph::Graph& graph, const std::string& wanted) {
   std::string last;
   for (const auto& node : graph.nodes()) {
@@ -137,7 +137,7 @@ void Run::finish() {
 void Run::close() {
   const Inside inside;
   const py::gil_scoped_release unlocked;
-  std::deque<std::shared_ptr<HeldFrame>> dropped;  // destroyed without the mutex: arrays wait for the interpreter
+  std::deque<std::shared_ptr<HeldFrame>> dropped;  // destroyed without the mutex: arrays wait for the GIL
   {
     const std::scoped_lock lock(mutex_);
     closing_ = true;
@@ -145,7 +145,7 @@ void Run::close() {
     changed_.notify_all();
     if (runner_) runner_->stop();
   }
-  if (RunLock::held()) return;  // this run may be the caller: discard() waits elsewhere
+  if (RunLock::held()) return;  // the caller may be this run's own thread; discard() waits on another one
   join();
   std::unique_ptr<graph::Graph> graph;
   std::unique_ptr<graph::Runner> runner;
@@ -174,7 +174,7 @@ void Run::receive(tofgraph_frame& frame) {
   changed_.notify_all();
 }
 
-/// Waits without the interpreter's lock, and looks for Ctrl-C meanwhile.
+/// Waits without the GIL and checks for Ctrl-C meanwhile.
 template <class Condition> void Run::wait(const Condition& condition) {
   for (bool there = false; !there;) {
     {
@@ -190,7 +190,7 @@ template <class Condition> void Run::wait(const Condition& condition) {
   }
 }
 
-/// Waits for the run's thread. Several threads may: of Python, and the one that ends the interpreter.
+/// Joins the run's thread. Several threads may call it: Python's own, and the one that ends the interpreter.
 void Run::join() {
   const std::scoped_lock lock(join_mutex_);
   if (thread_.joinable()) thread_.join();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The interpreter's lock for calls that a run makes into Python.
+/// @file The GIL for calls of a run into Python.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -10,9 +10,9 @@
 
 namespace tofgraph::python {
 
-/// Python's state of a thread of a run. It lives as long as the thread: to make one for each call would cost two system
-/// calls and their page faults. A thread that ends leaves it to the next one that has the interpreter's lock, and does
-/// not wait for that: the interpreter may be ending.
+/// Python's thread state for a thread of a run. It lives as long as the thread, since creating one per call would cost
+/// two system calls and their page faults. A terminating thread leaves its state to be deleted by the next thread that
+/// holds the GIL, and does not wait for the GIL itself: the interpreter may be ending.
 class ThreadState {
  public:
   ThreadState() = default;
@@ -23,7 +23,7 @@ class ThreadState {
     const std::scoped_lock lock(left().mutex);
     left().states.push_back(state_);
   }
-  /// Keeps the state that the lock made. Under the interpreter's lock.
+  /// Keeps the state created by the lock. Requires the GIL.
   void keep(pybind11::gil_scoped_acquire& lock) {
     lock.inc_ref();
     state_ = PyThreadState_Get();
@@ -44,14 +44,14 @@ class ThreadState {
     std::vector<PyThreadState*> states;
   };
   static Left& left() {
-    static Left* const list = new Left;  // threads may end later than the program's objects
+    static Left* const list = new Left;  // never destroyed: threads may outlive static objects
     return *list;
   }
   PyThreadState* state_ = nullptr;
 };
 
-/// Holds the interpreter's lock while a thread of a run is in Python. The garbage that Python collects meanwhile may be
-/// the run itself, which cannot wait for its own end there: see Run::close.
+/// Holds the GIL while a thread of a run is in Python. Python may meanwhile garbage-collect the run itself, which then
+/// must not wait for its own end: see Run::close.
 class RunLock {
  public:
   RunLock() {
@@ -61,14 +61,14 @@ class RunLock {
   ~RunLock() { --depth; }
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
-  /// Returns true within a call that a run made.
+  /// Returns true inside a callback of a run.
   static bool held() { return depth > 0; }
 
  private:
   inline static thread_local int depth = 0;
   inline static thread_local ThreadState state;
   bool is_new_ =
-      PyGILState_GetThisThreadState() == nullptr;  ///< the thread is not of Python, and here for the first time
+      PyGILState_GetThisThreadState() == nullptr;  ///< the thread is not Python's, and enters for the first time
   pybind11::gil_scoped_acquire lock_;
 };
 

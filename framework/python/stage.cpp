@@ -22,7 +22,7 @@ namespace {
 
 struct ClassPlugin : graph::Plugin {
   py::object stage_class;
-  std::deque<std::string> texts;  ///< strings that the declaration points to
+  std::deque<std::string> texts;  ///< strings referenced by the declaration
 
   const char* text(const py::handle& value) { return texts.emplace_back(py::str(value).cast<std::string>()).c_str(); }
   const char* text(const py::dict& from, const char* key, const char* otherwise = "") {
@@ -30,15 +30,15 @@ struct ClassPlugin : graph::Plugin {
   }
 };
 
-/// A stage at work.
+/// Instance of a stage.
 struct Working {
   py::object self;
   const tofgraph_host* host;
   void* context;
-  Units units;  ///< of the channels that it makes
+  Units units;  ///< of the channels that it creates
 };
 
-/// Units of the channels that a plugin's ports make.
+/// Units of the output channels of a plugin's ports.
 Units made_units(const graph::Plugin& plugin) {
   Units units;
   for (const tofgraph_port& port : plugin.own_ports) {
@@ -47,7 +47,7 @@ Units made_units(const graph::Plugin& plugin) {
   return units;
 }
 
-/// "ValueError: text (file.py, line 12)"
+/// Formats an exception as "ValueError: text (file.py, line 12)".
 std::string described(const py::error_already_set& error) {
   std::string text =
       py::str(error.type().attr("__name__")).cast<std::string>() + ": " + py::str(error.value()).cast<std::string>();
@@ -58,7 +58,7 @@ std::string described(const py::error_already_set& error) {
   return text + " (" + file + ", line " + std::to_string(trace.attr("tb_lineno").cast<int>()) + ")";
 }
 
-/// Runs a call under the interpreter's lock; what it throws becomes the call's failure.
+/// Calls a function under the GIL; an exception becomes the call's failure.
 template <class Call> int guarded(const tofgraph_host* host, void* context, Call&& call) {
   const RunLock lock;
   try {
@@ -180,7 +180,7 @@ class PythonSetup {
   const tofgraph_stream* stream_;
 };
 
-/// Ends what was lent for a call, also where the call raised: Python may have kept it.
+/// Invalidates an object lent for a call, also if the call raised: Python may have kept a reference.
 template <class T> class Ending {
  public:
   explicit Ending(T& lent) : lent_(lent) {}
@@ -227,7 +227,7 @@ int finish(void* self) {
 }
 
 void destroy(void* self) {
-  if (Py_IsInitialized() == 0) return;  // the interpreter is gone, and the object with it
+  if (Py_IsInitialized() == 0) return;  // the interpreter has ended and freed the object
   const RunLock lock;
   delete static_cast<Working*>(self);
 }

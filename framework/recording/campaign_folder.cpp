@@ -25,7 +25,7 @@ namespace tofgraph::recording {
 namespace fs = std::filesystem;
 namespace {
 
-/// As a file's name: what is neither letter, digit, point nor dash becomes _.
+/// Turns an ID into a file name: characters other than letters, digits, points and dashes become _.
 std::string file_name(std::string id) {
   for (char& c : id) {
     const bool plain =
@@ -43,7 +43,7 @@ double mean(const io::CaptureReader& reader, std::uint64_t bit, double tofgraph_
   return sum / static_cast<double>(frames);
 }
 
-/// `2026-11-22T15:11:58Z`; nothing for a time that is not known.
+/// `2026-11-22T15:11:58Z`; nothing for an unknown time.
 std::string utc(std::int64_t nanoseconds) {
   if (nanoseconds <= 0) return {};
   const auto seconds = static_cast<std::time_t>(nanoseconds / 1'000'000'000);
@@ -53,7 +53,7 @@ std::string utc(std::int64_t nanoseconds) {
   return {text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts)};
 }
 
-/// Held as long as the recorder lives, and given back by the system when it is killed.
+/// Lock held during the recorder's lifetime; the system releases it if the process is killed.
 int lock_folder(const fs::path& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) throw std::runtime_error(folder.string() + " cannot be opened");
@@ -76,7 +76,7 @@ std::string serial_of(const io::CaptureHeader& header) {
   return source != provenance.end() && source->is_object() ? source->value("serial", "") : "";
 }
 
-/// Name of the plan's camera in a file of this folder: a name is kept, a path becomes relative to it.
+/// Reference to the plan's camera in a file of this folder: a name is kept, a path becomes relative to the folder.
 std::string camera_name_in(const Plan& plan, const fs::path& folder) {
   const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
   std::error_code error;
@@ -96,7 +96,7 @@ CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder, CameraIdentity
   for (std::size_t i = 0; i < conditions; ++i) {
     if (fs::exists(capture_of(i))) captures_[i] = facts_of(capture_of(i), i);
   }
-  // All is of this plan: only now anything is touched.
+  // Nothing is changed before all existing files are known to belong to this plan.
   for (std::size_t i = 0; i < conditions; ++i) static_cast<void>(prepare_recording(i));
   if (!captures_.empty()) write();
 }
@@ -130,7 +130,7 @@ fs::path CampaignFolder::prepare_recording(std::size_t condition) const {
   return file;
 }
 
-/// Why a capture that is there cannot be the condition's, or nothing.
+/// Reason why an existing capture cannot be the condition's, or nothing.
 std::string CampaignFolder::difference(const io::CaptureReader& capture, std::size_t condition) const {
   const io::CaptureHeader& header = capture.header();
   const std::string wanted = condition_text(plan_.campaign.conditions[condition]), serial = serial_of(header);
@@ -168,7 +168,7 @@ void CampaignFolder::keep(std::size_t condition) {
   fs::rename(recorded, capture_of(condition));
   captures_[condition] = facts;
   std::error_code error;
-  fs::remove(unfinished(), error);  // where it is empty
+  fs::remove(unfinished(), error);  // fails unless it is empty
   write();
 }
 

@@ -17,16 +17,16 @@ namespace tofgraph::recording {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int attempts = 3;            // at a recording in which frames are missing
-constexpr double still_limit = 0.004;  // m, between two looks at a board that stands
-constexpr double mostly = 0.5;         // share of saturated pixels
+constexpr int attempts = 3;            // for a recording with missing frames
+constexpr double still_limit = 0.004;  // m, between two measurements of a resting board
+constexpr double mostly = 0.5;         // fraction of saturated pixels
 
 constexpr const char* answers =
     "Enter looks and records; 'look' only looks, 'record' records whatever is seen, 'skip' leaves it out for now, "
     "'quit' "
     "stops";
 
-/// A simulated camera before the scene that is the plan is set up by the plan itself.
+/// Returns whether the camera is simulated from the scene that is the plan itself, so that nobody has to set it up.
 bool plays_the_plan(const CameraRequest& camera, const Plan& plan) {
   constexpr std::string_view kind = "simulated:";
   std::error_code error;
@@ -63,7 +63,7 @@ Outcome Guide::run() {
   return folder_.recorded_count() == all ? Outcome::complete : Outcome::skipped;
 }
 
-/// Nothing to be done where only the camera's settings change.
+/// Returns without a question if only the camera's settings change.
 Guide::Answer Guide::set_up(std::size_t index) {
   const std::string wanted = setup_text(plan_.campaign.conditions[index]);
   if (standing_ == wanted || plays_the_plan(options_.camera, plan_)) {
@@ -87,7 +87,7 @@ Guide::Answer Guide::ask(std::size_t index) {
     if (!line) return Answer::none;
     if (*line == "quit") return Answer::stop;
     if (*line == "skip") {
-      before_.reset();  // nobody knows where the board is left
+      before_.reset();  // the position of the board is then unknown
       return Answer::skip;
     }
     if (!line->empty() && *line != "look" && *line != "record") {
@@ -109,8 +109,8 @@ Guide::Answer Guide::ask(std::size_t index) {
   }
 }
 
-/// Only where a board that nobody moved would show; else a person has to say that it stands. What is wrong is said when
-/// it changes, not at every look.
+/// Waits only if an unmoved board would be detected; otherwise the user must confirm that it is in place. A problem is
+/// reported when it changes, not after every measurement.
 Guide::Answer Guide::wait_until_still(std::size_t index) {
   const double planned = plan_.campaign.conditions[index].board_distance;
   if (!before_ || std::isnan(planned) || !change_shows(planned, before_->planned)) {
@@ -135,7 +135,7 @@ Guide::Answer Guide::wait_until_still(std::size_t index) {
   }
 }
 
-/// Looks at the board. If the planned time saturates the image, a shorter one is used.
+/// Measures the board. If the planned integration time saturates the image, a shorter one is used.
 Seen Guide::look_at(std::size_t index) const {
   graph::GraphOptions quiet = options_.graph;
   quiet.message = nullptr;
@@ -172,7 +172,7 @@ void Guide::record(std::size_t index) {
   options_.print_message(fmt::format("  recorded {}", config::counted(frames(), "frame")));
 }
 
-/// @returns why the recording is not whole, or nothing
+/// @returns the reason why the recording is incomplete, or nothing
 std::string Guide::record_once(std::size_t index) const {
   const fs::path file = folder_.prepare_recording(index);
   graph::GraphOptions quiet = options_.graph;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Leads a person through the recording of a plan.
+/// @file Guides a user through the recording of a plan.
 #pragma once
 
 #include "recording/campaign_folder.hpp"
@@ -16,15 +16,15 @@ namespace tofgraph::recording {
 struct GuideOptions {
   CameraRequest camera;
   graph::GraphOptions graph;
-  std::uint64_t frames = 0;         ///< per condition; 0: the plan's
+  std::uint64_t frames = 0;         ///< per condition; 0: as in the plan
   double tolerance = 0.25;          ///< m, see contradiction()
-  std::optional<double> alignment;  ///< m, by which the corners of an untilted board may differ; none: not asked
-  bool still = false;               ///< records when the board stands still, where it shows that it was moved
+  std::optional<double> alignment;  ///< m, limit of the difference between the corners of an untilted board
+  bool still = false;               ///< records once the board stands still, if its move can be detected
   Run run;
-  /// A line of the person's; nothing: there will be none any more. @throws Interrupted
+  /// Reads a line from the user; nothing at the end of the input. @throws Interrupted
   std::function<std::optional<std::string>()> read_line;
   std::function<void(const std::string&)> print_message;
-  /// Waits a moment. @throws Interrupted
+  /// Waits briefly. @throws Interrupted
   std::function<void()> wait;
 };
 
@@ -33,15 +33,15 @@ inline std::uint64_t frames_of(const Plan& plan, const GuideOptions& options) {
   return options.frames != 0 ? options.frames : plan.frames;
 }
 
-/// no_answer: nobody was there to answer. skipped: some conditions are left out.
+/// no_answer: the input ended. skipped: some conditions were left out.
 enum class Outcome { complete, stopped, no_answer, skipped };
 
 class Guide {
  public:
   Guide(const Plan& plan, CampaignFolder& folder, GuideOptions options);
 
-  /// From the first condition that is not recorded to the last. @throws Interrupted
-  /// @throws std::runtime_error what the camera or the disk fails with
+  /// Records the conditions that are still missing, in order. @throws Interrupted
+  /// @throws std::runtime_error for an error of the camera or the disk
   Outcome run();
 
  private:
@@ -61,8 +61,8 @@ class Guide {
   CampaignFolder& folder_;
   GuideOptions options_;
   double unambiguous_range_;
-  std::optional<Reference> before_;      ///< the last board, where it was right
-  std::optional<std::string> standing_;  ///< board before the camera now
+  std::optional<Reference> before_;      ///< the last board that was accepted
+  std::optional<std::string> standing_;  ///< set-up now before the camera
 };
 
 }  // namespace tofgraph::recording

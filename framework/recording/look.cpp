@@ -22,11 +22,11 @@ namespace {
 constexpr std::uint64_t frames_of_a_look = 5;
 constexpr std::size_t half_window = 10;   // px
 constexpr std::size_t corner = 11;        // px
-constexpr double min_change_seen = 0.03;  // m, by which a distance's offset may differ between two boards
-constexpr double noise_of_look = 0.01;    // m, of the difference of two looks
-constexpr double share_of_change = 0.5;   // of a planned change, that must be seen
+constexpr double min_change_seen = 0.03;  // m, variation of the distance offset between two boards
+constexpr double noise_of_look = 0.01;    // m, of the difference of two measurements
+constexpr double share_of_change = 0.5;   // fraction of a planned change that must be observed
 
-/// Collects the middles of frames; called from the threads of a run.
+/// Collects the central values of frames; called from the threads of a run.
 class Middle {
  public:
   void add(const tofgraph_frame& frame) {

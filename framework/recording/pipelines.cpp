@@ -33,7 +33,7 @@ config::Value document(const CameraRequest& camera, const std::vector<config::Va
   }
   config::Value source = graph::camera_node(camera.spec, at_option("--camera", camera.spec));
   config::Entry name = node(fmt::format("name: {}\n", camera_node_name)).entries.front();
-  name.value.at = source.at;  // what is wrong with the camera is wrong with this option
+  name.value.at = source.at;  // errors of the camera refer to this option
   source.entries.push_back(std::move(name));
   for (config::Entry& entry : result.entries) {
     if (entry.key != "nodes") continue;
@@ -43,7 +43,7 @@ config::Value document(const CameraRequest& camera, const std::vector<config::Va
   return result;
 }
 
-/// As the graph takes them: the camera's node is the one that is meant where none is named.
+/// Settings in the graph's form: those without a node refer to the camera's node.
 std::vector<std::string> settings_of(const CameraRequest& camera, bool with_capture) {
   std::vector<std::string> result;
   const std::string before = std::string(camera_node_name) + ".", of_capture = std::string(capture_node_name) + ".";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The pipelines of a recorder: a live camera into a capture, and a look at what it sees.
+/// @file Pipelines of a recorder: from a live camera to a capture, and for viewing its image.
 #pragma once
 
 #include "config/document.hpp"
@@ -14,28 +14,28 @@
 
 namespace tofgraph::recording {
 
-/// Which camera, as on the command line.
+/// Choice of the camera, as on the command line.
 struct CameraRequest {
   std::string spec;                   ///< camcube, camcube:usb, replay:FILE, simulated:SCENE.yaml
   std::string profile;                ///< by name or path; empty: the camera's own
   std::vector<std::string> settings;  ///< PARAMETER=VALUE of the camera, or capture.PARAMETER=VALUE
-  double integration_time = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN: that of the settings, or its own
+  double integration_time = std::numeric_limits<double>::quiet_NaN();  ///< s; NaN: that of the settings, or default
 };
 
 /// Names of the nodes.
 inline constexpr const char *camera_node_name = "camera", *capture_node_name = "capture", *depth_node_name = "depth";
 
-/// camera -> capture_writer. @param comment is kept in the capture; may be empty @param sources that are on; empty: all
-/// @throws config::ConfigurationError with every mistake
+/// Graph camera -> capture_writer. @param comment stored in the capture @param sources switched on; empty: all
+/// @throws config::ConfigurationError listing all errors
 std::unique_ptr<graph::Graph> recording_graph(const CameraRequest& camera, const std::filesystem::path& capture,
                                               const std::string& comment, const std::vector<std::string>& sources,
                                               const graph::GraphOptions& options);
 
-/// camera -> decoder -> distance model: the frames of `depth` have depth, amplitude and flags. Without the settings
-/// that are the capture's. @throws config::ConfigurationError
+/// Graph camera -> decoder -> distance model; the frames of `depth` have depth, amplitude and flags. Settings of the
+/// capture are ignored. @throws config::ConfigurationError
 std::unique_ptr<graph::Graph> looking_graph(const CameraRequest& camera, const graph::GraphOptions& options);
 
-/// Which camera a graph has; empty where it is not known.
+/// Identity of a graph's camera; empty if unknown.
 struct CameraIdentity {
   std::string name, profile, serial;  ///< profile: its text
 };

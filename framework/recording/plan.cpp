@@ -31,7 +31,7 @@ void take_scene(const config::Value& document, Plan& plan, config::Diagnostics& 
   }
 }
 
-/// Before the first condition is recorded, not at the last.
+/// Checks the integration times before the first condition is recorded.
 void check_times(const Plan& plan, const config::Position& at, config::Diagnostics& diagnostics) {
   if (!plan.campaign.camera) return;
   const double *valid = plan.campaign.camera->view().integration_time, shortest = valid[0], longest = valid[1];

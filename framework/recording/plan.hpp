@@ -15,18 +15,18 @@ namespace tofgraph::recording {
 
 struct Plan {
   std::filesystem::path file;
-  io::Campaign campaign;            ///< its captures are names only
-  std::vector<std::string> scenes;  ///< per condition of a scene: its own, as YAML, if it is not just a board
+  io::Campaign campaign;            ///< captures are only names
+  std::vector<std::string> scenes;  ///< per condition of a scene: its own scene as YAML, if it is more than a board
   std::uint64_t frames = 20;        ///< per condition
 };
 
-/// @throws config::ConfigurationError with every mistake
+/// @throws config::ConfigurationError listing all errors
 Plan read_plan(const std::filesystem::path& file);
 
-/// Set-up of a condition by the user: board, target, sources, room; without settings of the camera.
+/// Set-up of a condition by the user: board, target, sources, room; without camera settings.
 std::string setup_text(const io::Condition& condition);
 
-/// The set-up and the integration time: what a capture of this condition is of.
+/// Set-up and integration time: the content of a capture of this condition.
 std::string condition_text(const io::Condition& condition);
 
 }  // namespace tofgraph::recording

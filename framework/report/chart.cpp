@@ -13,8 +13,8 @@
 namespace tofgraph::report {
 namespace {
 
-constexpr double font = 12, letter = 6.6;  ///< px: size, and width of a letter on average
-// Attributes are for pictures that stand alone; a page's style replaces them by its own colours.
+constexpr double font = 12, letter = 6.6;  ///< px: font size, and average width of a letter
+// Attributes apply to stand-alone pictures; the style of a page overrides them with its own colours.
 constexpr const char* ink = R"(class="ink" fill="#333333")";
 constexpr const char* rule = R"(class="rule" stroke="#dddddd")";
 constexpr const char* axis = R"(class="axis" stroke="#555555" fill="none")";
@@ -39,7 +39,7 @@ std::string linked(const std::optional<std::size_t>& condition) {
 }
 
 std::string picture(int width, int height, const std::string& title, const std::string& body) {
-  // What is wider than a telephone is not made smaller than letters stay legible: it scrolls.
+  // Charts wider than a phone are not scaled below the limit of legibility: they scroll.
   constexpr int narrow = 400;
   constexpr double legible = 0.85;
   return fmt::format(
@@ -50,7 +50,7 @@ std::string picture(int width, int height, const std::string& title, const std::
       width > narrow ? fmt::format(" style=\"min-width:{:.0f}px\"", legible * width) : "", width, height, font, body);
 }
 
-/// An axis: from values to pixels, with ticks at round numbers.
+/// Axis: maps values to pixels, with ticks at round numbers.
 struct Axis {
   double low, high, from, to;
 
@@ -80,7 +80,7 @@ struct Axis {
   }
 };
 
-/// Least and greatest of finite numbers.
+/// Minimum and maximum of the finite numbers.
 struct Range {
   double low = INFINITY, high = -INFINITY;
   void add(double value) {
@@ -104,7 +104,7 @@ std::string axes(const Frame& f, const Axis& x, const Axis& y, const Chart& char
             text(x.at(tick), f.bottom + 17, fmt::format("{:.4g}", tick));
   body += fmt::format(R"(<path {} d="M{} {}V{}H{}"/>)", axis, f.left, f.top, f.bottom, f.right);
   body += text((f.left + f.right) / 2, f.bottom + 34, chart.x_label) + text(8, f.top - 8, chart.y_label, "start");
-  return body + text(8, 16, chart.title, "start", "font-weight=\"600\"");  // in sight where a narrow screen scrolls
+  return body + text(8, 16, chart.title, "start", "font-weight=\"600\"");  // visible on narrow screens that scroll
 }
 
 std::string drawn(const Series& series, std::size_t number, const Axis& x, const Axis& y) {
@@ -148,14 +148,14 @@ std::string legend(const Chart& chart, double left, double y) {
   return body;
 }
 
-/// Room for the longest label of rows.
+/// Space for the longest label of the rows.
 double room_for(const std::vector<Span>& spans) {
   std::size_t longest = 0;
   for (const Span& span : spans) longest = std::max(longest, span.label.size());
   return std::min(12 + letter * static_cast<double>(longest), 460.0);
 }
 
-/// Rows below each other over one axis; `mark` draws a row at its height.
+/// Rows with a common axis; `mark` draws a row at its height.
 template <class F> std::string rows_of(const std::vector<Span>& spans, const std::string& x_label,
                                        const std::vector<double>& references, int width, std::size_t colour, F mark) {
   constexpr double row = 22, top = 8;
@@ -182,7 +182,7 @@ template <class F> std::string rows_of(const std::vector<Span>& spans, const std
   return picture(width, static_cast<int>(bottom) + 42, x_label, body);
 }
 
-constexpr double before_scale = 10, of_scale = 16;  ///< px: between a map and its colour bar, up to its numbers
+constexpr double before_scale = 10, of_scale = 16;  ///< px: between a map and its colour bar, and its numbers
 
 std::string scale(const FieldMap& map, double left, double top, double bottom) {
   constexpr int steps = 24;
@@ -205,7 +205,7 @@ std::string plain(double value, int digits, bool sign) {
   if (std::abs(value) < smallest) return "0";
   const auto behind = [&](double of) { return digits - 1 - static_cast<int>(std::floor(std::log10(std::abs(of)))); };
   const double unit = std::pow(10, -behind(value)), rounded = std::round(value / unit) * unit;
-  const int places = std::max(behind(rounded), 0);  // 9.99 may have become 10.0
+  const int places = std::max(behind(rounded), 0);  // 9.99 is rounded to 10.0
   return sign ? fmt::format("{:+.{}f}", rounded, places) : fmt::format("{:.{}f}", rounded, places);
 }
 
@@ -269,9 +269,9 @@ std::string field_map(const FieldMap& map, int width, int height) {
     if (map.write_values && there)
       body += fmt::format(R"(<text x="{:.1f}" y="{:.1f}" text-anchor="middle" font-size="11" fill="{}">{:.2f}</text>)",
                           x + w / 2, y + h / 2 + 4, std::abs(field.value) > 0.7 * map.limit ? "#ffffff" : "#222222",
-                          std::abs(field.value) < 0.005 ? 0 : field.value);  // never "-0.00"
+                          std::abs(field.value) < 0.005 ? 0 : field.value);  // avoids "-0.00"
   }
-  const auto every = [](std::size_t count, double size) {  // names that do not lie over each other
+  const auto every = [](std::size_t count, double size) {  // skips names that would overlap
     return std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(14.0 / size * (count > 0 ? 1 : 0))));
   };
   for (std::size_t r = 0; r < map.y_names.size(); r += every(map.rows, h))

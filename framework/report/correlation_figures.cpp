@@ -16,7 +16,7 @@
 namespace tofgraph::report {
 namespace {
 
-/// A signal over time; x in ns.
+/// Signal over time; x in ns.
 Series signal(const std::string& name, double end, const std::function<double(double time)>& value) {
   Series series{.name = name, .style = Series::Style::line, .marks = {}};
   constexpr int points = 1200;
@@ -32,7 +32,7 @@ std::string signals(const std::string& title, const std::string& y, std::vector<
   return chart({.title = title, .x_label = x, .y_label = y, .series = std::move(series), .with_zero = true}, 560, 240);
 }
 
-/// Amplitude that interference takes from the sum of the sources' amplitudes, of a perpendicular board.
+/// Loss of amplitude by interference, relative to the sum of the sources' amplitudes, for a perpendicular board.
 std::string interference(const tofgraph_camera& camera, double depth) {
   const physics::Geometry geometry = physics::geometry_of(camera);
   HeatMap map{.title = fmt::format("interference of the sources, board at {}", config::format_quantity(depth, "m")),

@@ -9,7 +9,7 @@
 
 namespace tofgraph::report {
 
-/// Adds the figures for a camera to a page. Signals have amplitude 1 and are on for ten periods of the modulation, one
+/// Adds the figures for a camera to a page. Signals have amplitude 1 and last for ten periods of the modulation, one is
 /// shifted by two; amplitudes are those of a perpendicular board at 500 mm.
 /// @throws std::invalid_argument as physics::geometry_of
 void add_correlation_figures(Page& page, const tofgraph_camera& camera);

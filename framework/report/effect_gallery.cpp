@@ -22,7 +22,7 @@ namespace {
 
 using namespace simulation;
 
-/// Signal of a pixel by four samples and the taps.
+/// Signal of a pixel from four samples and the taps.
 struct Seen {
   double distance, log_amplitude, log_intensity, null1, null2;
 };
@@ -49,7 +49,7 @@ std::vector<Seen> seen_by(const ForwardModel& model, const Tracer& tracer, const
   return result;
 }
 
-/// A wall at 1.5 m; before it, at 1 m, a board that covers the right half of the middle.
+/// Wall at 1.5 m; in front of it, at 1 m, a board that covers the right half of the centre.
 Tracer wall_and_board(double focal_length) {
   const Tracer wall = board_tracer(focal_length, {1.5, 0, 0, 0.85});
   const Tracer near_board = board_tracer(focal_length, {1.0, 0, 0, 0.85});
@@ -66,7 +66,7 @@ Tracer wall_and_board(double focal_length) {
   };
 }
 
-/// An effect at its typical size: every parameter that has one at that, the others at their defaults.
+/// Effect at its typical size: parameters with a typical value have it, the others their defaults.
 struct Typical {
   EffectPtr effect;
   std::string parameters;
@@ -100,7 +100,7 @@ class Gallery {
         acquisition_(acquisition_of(camera, 2e-3)),
         ideal_(camera, physical, {}),
         plain_(seen_by(ideal_, scene_, acquisition_, image_)) {
-    // Everything that effects may depend on happens: ambient light, half way through the warm-up.
+    // Includes all conditions on which effects may depend: ambient light, halfway through the warm-up.
     acquisition_.condition.ambient = "lamp";
     acquisition_.condition.time_since_power_on = 600;
     for (double z = 0.5; z <= 7.01; z += 0.1) {
@@ -128,7 +128,7 @@ class Gallery {
   }
 
  private:
-  /// A board of the curves, as the ideal camera sees it.
+  /// Board of the curves, as seen by the ideal camera.
   struct BoardAt {
     double distance;
     Tracer tracer;
@@ -144,7 +144,7 @@ class Gallery {
         map.values.push_back(value(seen[i], plain_[i]));
         if (std::isfinite(map.values.back())) most = std::max(most, std::abs(map.values.back()));
       }
-      map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // nothing but rounding is nothing
+      map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // rounding errors are shown as 0
       return heat_map(map, 228, 190);
     };
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
@@ -159,7 +159,7 @@ class Gallery {
         draw("null channel N2 / a", "%", [](const Seen& a, const Seen& b) { return 100 * (a.null2 - b.null2); })};
   }
 
-  /// The image's mean over the distance of a board.
+  /// Mean of the image over the distance of a board.
   std::vector<std::string> series(const ForwardModel& model) const {
     std::array<Curve, 4> c;
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
@@ -206,7 +206,7 @@ std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const to
   for (const graph::PluginFile& plugin : registry.files()) {
     if (plugin.kind == "effect") effects.push_back(plugin);
   }
-  static_cast<void>(registry.describe(effects));  // all at once in one other process
+  static_cast<void>(registry.describe(effects));  // all at once in one child process
   const Gallery gallery(camera, options.physical);
   Page page(fmt::format("Effects of a time-of-flight camera: {}", camera.name));
   page.paragraph(

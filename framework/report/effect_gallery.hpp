@@ -17,7 +17,7 @@ struct GalleryOptions {
 };
 
 /// Writes a page (HTML, self-contained) with all effects of a catalogue for a camera.
-/// @returns how many. @throws std::runtime_error
+/// @returns number of effects. @throws std::runtime_error
 std::size_t write_effect_gallery(const graph::PluginRegistry& registry, const tofgraph_camera& camera,
                                  const std::filesystem::path& file, const GalleryOptions& options);
 

@@ -10,8 +10,8 @@
 namespace tofgraph::report {
 namespace {
 
-// Wide tables and charts scroll by themselves, so that the page fits a narrow screen. A shade at an edge tells that
-// something is beyond it: the paper that hides it goes with what is scrolled.
+// Wide tables and charts scroll separately, so that the page fits a narrow screen. A shade at an edge indicates hidden
+// content: the background that covers the shade scrolls with the content.
 constexpr const char* style = R"(
 :root { color-scheme: light dark; --text: #222; --quiet: #555; --paper: #fff; --behind: #fafafa; --rule: #ddd; --axis: #666;
   --link: #1f4e9c; --shade: #0005; --plain: #f2f2f2; --good: #edf7f0; --warn: #fdf5e6; --bad: #fbeeec; }
@@ -75,7 +75,7 @@ std::string escaped(std::string_view text) {
 
 namespace {
 
-/// Text in which lines do not break between a number and its unit or its sign.
+/// Text without line breaks between a number and its unit or its sign.
 std::string unbroken(std::string_view text) {
   constexpr std::string_view plus_minus = "\u00b1";
   const std::string whole = escaped(text);

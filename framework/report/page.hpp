@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A report as one HTML file that needs nothing else.
+/// @file Report as one self-contained HTML file.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ class Page {
  public:
   explicit Page(std::string title) : title_(std::move(title)) {}
 
-  /// The sentence at the top that says what came out. @param mood good, warn, bad or plain: its colour
+  /// Sentence at the top that states the result. @param severity good, warn, bad or plain: selects the colour
   void verdict(std::string_view text, std::string_view severity = "plain");
   void heading(std::string_view text);
   void paragraph(std::string_view text);
@@ -27,20 +27,20 @@ class Page {
   /// The same, hidden until its summary is clicked.
   void folded_table(std::string_view summary, std::span<const std::string> header,
                     std::span<const std::vector<std::string>> rows);
-  /// Lines of a name and what it stands for; they break where a narrow screen needs it.
+  /// Rows of a name and its value; they wrap on narrow screens.
   void facts(std::span<const std::vector<std::string>> rows);
   /// Pictures (SVG) side by side, with one caption.
   void figures(std::span<const std::string> svgs, std::string_view caption = {});
-  /// HTML as it is.
+  /// Inserts HTML unchanged.
   void insert(std::string_view html) { body_ += html; }
   /// Hides the following content, up to unfold(), until the summary is clicked.
   void fold(std::string_view summary);
   void unfold() { body_ += "</details>\n"; }
-  /// Links to all headings at this place of the page.
+  /// Inserts links to all headings at this position of the page.
   void contents();
 
   std::string html() const;
-  /// Whole or not at all. @throws std::runtime_error
+  /// Writes the page atomically. @throws std::runtime_error
   void write(const std::filesystem::path& file) const;
 
  private:

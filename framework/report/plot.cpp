@@ -17,7 +17,7 @@
 namespace tofgraph::report {
 namespace {
 
-/// gnuplot's word for a number; what is not finite is missing.
+/// Text of a number for gnuplot; non-finite numbers are missing values.
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : "NaN"; }
 
 constexpr const char* plot_style =
@@ -40,7 +40,7 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
   std::string result;
   for (std::size_t i = 0; i < texts.size(); ++i) {
     if (texts.size() > 16 && i % (texts.size() / 8) != 0) continue;
-    std::string text;  // gnuplot takes the names of tics for formats
+    std::string text;  // gnuplot interprets the names of tics as formats
     for (const char c : texts[i]) text += c == '%' ? "%%" : std::string(1, c);
     result +=
         fmt::format("{}{} {}", result.empty() ? "" : ", ", report::quoted(text), from_top ? texts.size() - 1 - i : i);
@@ -48,12 +48,12 @@ std::string names(const char* axis, const std::vector<std::string>& texts, bool 
   return texts.empty() ? "" : fmt::format("set {}tics ({}) {}\n", axis, result, *axis == 'x' ? "rotate by -40" : "");
 }
 
-/// Output of gnuplot on standard output for a script.
+/// Standard output of gnuplot for a script.
 std::string run_gnuplot(const std::string& whole) {
   config::ChildResult child;
   try {
-    // By its name standard input is read in blocks; with "-" gnuplot asks the system for each byte, which takes most of
-    // its time.
+    // Under this name standard input is read in blocks; with "-" gnuplot makes a system call for each byte, which
+    // dominates its run time.
     child = config::run_child({"gnuplot", "/dev/stdin"}, {.input = whole, .keep_errors = true});
   } catch (const std::runtime_error& problem) {
     throw std::runtime_error(fmt::format("cannot start gnuplot: {}; install it (Debian: gnuplot-nox)", problem.what()));
@@ -87,7 +87,7 @@ double percentile_98(std::span<const double> values) {
 std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
                          std::span<const double> values) {
   std::string block = fmt::format("${} << END\n", name);
-  for (std::size_t r = rows; r-- > 0;) {  // gnuplot's first row is the lowest
+  for (std::size_t r = rows; r-- > 0;) {  // gnuplot's first row is at the bottom
     for (std::size_t c = 0; c < columns; ++c) block += number(values[r * columns + c]) + " ";
     block += "\n";
   }
@@ -129,7 +129,7 @@ std::string heat_map(const HeatMap& map, int width, int height) {
       "set object 1 rectangle from graph 0,0 to graph 1,1 behind fillcolor rgb '{}' fillstyle solid noborder\n",
       web_colour(io::invalid_colour));
   script += matrix_block("values", map.rows, map.columns, map.values);
-  // A few fields are drawn one by one: viewers blur small images when they enlarge them.
+  // Small images are drawn field by field: viewers blur them when they enlarge them.
   constexpr std::size_t few_fields = 2500;
   script += "plot $values matrix using 1:2:3 with image";
   if (map.rows * map.columns <= few_fields) script += " pixels";
@@ -146,7 +146,7 @@ bool can_be_drawn(const Curve& curve, bool logarithmic_x) {
   return false;
 }
 
-/// True where the axis begins at 0: no x is negative, and the least is near 0 on the scale of the largest.
+/// True if the axis begins at 0: no x is negative, and the minimum is small compared with the maximum.
 bool begins_at_zero(const Curves& plot) {
   double least = std::numeric_limits<double>::infinity(), most = 0;
   for (const Curve& curve : plot.curves) {
@@ -159,7 +159,7 @@ bool begins_at_zero(const Curves& plot) {
   return !plot.logarithmic_x && least >= 0 && least < most / 10;
 }
 
-/// gnuplot refuses a plot without a single point.
+/// gnuplot rejects a plot without points.
 constexpr const char* no_data =
     "set xrange [0:1]\nset yrange [0:1]\nunset xtics\nunset ytics\nset label 'no data' at graph 0.5,0.5 center\n"
     "plot NaN notitle";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Plots as SVG, drawn by gnuplot: one look for all reports.
+/// @file Plots as SVG, drawn by gnuplot in one style for all reports.
 #pragma once
 
 #include <optional>
@@ -10,40 +10,40 @@
 
 namespace tofgraph::report {
 
-/// Runs gnuplot on a script and gives what it draws. @throws std::runtime_error when gnuplot is missing or objects
+/// Runs gnuplot on a script and returns its drawing. @throws std::runtime_error if gnuplot is missing or fails
 std::string gnuplot_svg(const std::string& script, int width, int height);
-/// The same as the bytes of a PNG.
+/// The same as PNG data.
 std::string gnuplot_png(const std::string& script, int width, int height);
 
-/// A text in gnuplot's quotes.
+/// Text in gnuplot's quotes.
 std::string quoted(const std::string& text);
-/// The palettes of io/palettes.hpp, as gnuplot's commands.
+/// Palettes of io/palettes.hpp as gnuplot commands.
 std::string signed_palette();
 std::string rising_palette();
-/// A data block `$name` for `plot $name matrix`; the first row of values is the top one.
+/// Data block `$name` for `plot $name matrix`; the first row of values is the top one.
 std::string matrix_block(const std::string& name, std::size_t rows, std::size_t columns,
                          std::span<const double> values);
-/// The magnitude below which 98 % of the values are; what is not finite does not count.
+/// Magnitude not exceeded by 98 % of the values; non-finite values are ignored.
 double percentile_98(std::span<const double> values);
 
-/// An image as colours with a scale. NaN is left grey.
+/// Image in colours with a scale. NaN is grey.
 struct HeatMap {
   std::string title, unit;
   std::size_t rows = 0, columns = 0;
-  std::vector<double> values;  ///< row by row, the first at the top
+  std::vector<double> values;  ///< row-major, the top row first
   std::string x_label, y_label;
   std::vector<std::string> x_names, y_names;  ///< names of columns and rows; empty: numbers
-  bool signed_values = true;                  ///< blue - white - red around 0; otherwise a rising scale
-  std::optional<double> limit;                ///< the scale's end; default: 98 % of the values are within
-  bool write_values = false;                  ///< the number in each field
-  bool logarithmic = false;  ///< of a rising scale: colours by the logarithm; what is not positive is grey
+  bool signed_values = true;                  ///< blue - white - red around 0; otherwise an ascending scale
+  std::optional<double> limit;                ///< end of the scale; default: it includes 98 % of the values
+  bool write_values = false;                  ///< writes the number in each field
+  bool logarithmic = false;                   ///< for an ascending scale: logarithmic colours; values <= 0 are grey
 };
 std::string heat_map(const HeatMap& map, int width = 330, int height = 270);
 
-/// A line, or points with bars.
+/// Line, or points with error bars.
 struct Curve {
   std::string name;
-  std::vector<double> x, y, error;  ///< error: half a bar, or empty
+  std::vector<double> x, y, error;  ///< error: half the length of the bar, or empty
   bool points = false;
 };
 struct Curves {

@@ -16,10 +16,10 @@
 namespace tofgraph::report {
 namespace {
 
-/// Every n-th pixel: a picture of a few hundred dots shows no more.
+/// Draws every n-th pixel: a picture of a few hundred dots cannot show more.
 std::size_t stride_of(const PreviewFrame& frame) { return std::max<std::size_t>(1, frame.columns / 320); }
 
-/// Position of elements in the picture, dots from its upper left corner. gnuplot's own layout lets titles, scales and
+/// Position of an element in the picture, dots from its upper left corner. gnuplot's own layout lets titles, scales and
 /// the cloud overlap.
 struct Place {
   double left, top, width, height;
@@ -58,7 +58,7 @@ class Layout {
         "set lmargin at screen {}\nset rmargin at screen {}\nset tmargin at screen {}\nset bmargin at screen {}\n",
         across(place.left), across(place.left + place.width), up(place.top), up(place.top + place.height));
   }
-  /// gnuplot sets the title of a drawing in space where the drawing is.
+  /// Title at a fixed position, because gnuplot places the title of a drawing inside it.
   std::string title(const Place& place, const std::string& words) const {
     return fmt::format("unset title\nset label {} at screen {}, {} center font ',13'\n", quoted(words),
                        across(place.left + place.width / 2), up(place.top - 27));
@@ -84,7 +84,7 @@ std::vector<double> seen(const PreviewFrame& frame, std::span<const float> image
   return values;
 }
 
-/// An image with its title; colours and their range are set before.
+/// Image with its title; its colours and range are set before.
 std::string panel(const PreviewFrame& frame, std::span<const float> image, const std::string& title) {
   const std::size_t stride = stride_of(frame), rows = frame.rows / stride, columns = frame.columns / stride;
   return fmt::format("set title {}\nset xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", quoted(title),
@@ -92,14 +92,14 @@ std::string panel(const PreviewFrame& frame, std::span<const float> image, const
          matrix_block("image", rows, columns, seen(frame, image)) + "plot $image matrix using 1:2:3 with image\n";
 }
 
-/// "image 3: 0 deg, 16 MHz"
+/// Title such as "image 3: 0 deg, 16 MHz".
 std::string title_of(const physics::Exposures& exposures, std::size_t k) {
   const double phase = exposures[k].phase, frequency = exposures[k].frequency;
   std::string title = fmt::format("image {}: {} deg", k, physics::short_number(phase * 180 / M_PI));
   return frequency > 0 ? title + fmt::format(", {} MHz", physics::short_number(frequency * 1e-6)) : title;
 }
 
-/// Four of the images (all where there are no more), in the same colours, with one scale.
+/// Up to four of the images, with the same colours and one scale.
 std::string phases(const PreviewFrame& frame, const Layout& layout) {
   constexpr std::size_t most = 4;
   const std::size_t n = frame.rows * frame.columns, images = frame.exposures.size();
@@ -109,7 +109,7 @@ std::string phases(const PreviewFrame& frame, const Layout& layout) {
   std::vector<double> values;
   for (const std::size_t k : shown)
     std::ranges::copy(seen(frame, frame.phases.subspan(k * n, n)), std::back_inserter(values));
-  const double usual = percentile_98(values), limit = usual > 0 ? usual : 1;  // dark images have a scale too
+  const double usual = percentile_98(values), limit = usual > 0 ? usual : 1;  // scale for all-zero images
   std::string script = signed_palette() + fmt::format("set cbrange [{}:{}]\nunset colorbox\n", -limit, limit);
   for (std::size_t i = 0; i < shown.size(); ++i) {
     const Place place = layout.phase(i);
@@ -120,7 +120,7 @@ std::string phases(const PreviewFrame& frame, const Layout& layout) {
   return script;
 }
 
-/// Points that there are, the far ones first: near ones hide those behind.
+/// Valid points, the far ones first so that near points cover them.
 std::vector<std::span<const float>> points_of(const PreviewFrame& frame) {
   const std::size_t stride = 2 * stride_of(frame);
   std::vector<std::span<const float>> points;
@@ -134,7 +134,7 @@ std::vector<std::span<const float>> points_of(const PreviewFrame& frame) {
   return points;
 }
 
-/// An axis of the cloud: half steps about its values.
+/// Axis of the point cloud: its limits are half steps.
 struct PreviewAxis {
   double first, last;
   PreviewAxis(double low, double high, double step)
@@ -149,8 +149,8 @@ struct PreviewAxis {
 
 constexpr double tilt = 65, turn = 25;  // deg, of gnuplot's view
 
-/// Position of the box of the axes in gnuplot that keeps it and its numbers within a place: its longest axis is as long
-/// as the height given to gnuplot, for any `set view`.
+/// Position of gnuplot's axes box for which it and its numbers stay within `place`: the longest axis is as long as the
+/// height given to gnuplot, for any `set view`.
 Place place_of_box(const PreviewAxis& x, const PreviewAxis& y, const PreviewAxis& z, const Place& place) {
   constexpr double radian = std::numbers::pi / 180, numbers_beside = 130, numbers_below = 50;
   const double c = std::cos(turn * radian), s = std::sin(turn * radian);
@@ -165,7 +165,7 @@ Place place_of_box(const PreviewAxis& x, const PreviewAxis& y, const PreviewAxis
           box.width, box.height};
 }
 
-/// 1, 2 or 5 times a power of ten: about four steps in a length.
+/// Step of 1, 2 or 5 times a power of ten, for about four steps in a length.
 double step_of(double length) {
   const double power = std::pow(10, std::floor(std::log10(length / 4)));
   for (const double factor : {1.0, 2.0, 5.0}) {

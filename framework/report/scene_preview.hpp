@@ -10,18 +10,18 @@
 
 namespace tofgraph::report {
 
-/// A frame; images are rows x columns, row by row.
+/// Frame to show; images are rows x columns, row-major.
 struct PreviewFrame {
   std::string title;
   std::size_t rows = 0, columns = 0;
   physics::Exposures exposures;
-  std::span<const float> phases;               ///< an image for each of them, counts
+  std::span<const float> phases;               ///< one image for each phase, counts
   std::span<const float> distance, amplitude;  ///< m, counts
-  std::span<const float> points;               ///< x, y, z of each pixel, optical frame, m; NaN: nothing
+  std::span<const float> points;               ///< x, y, z of each pixel, optical frame, m; NaN: no surface
 };
 
-/// Four of the phases (all where there are no more), amplitude, distance and the cloud in one picture, as the bytes of
-/// a PNG.
+/// Picture of up to four of the phases, the amplitude, the distance and the point cloud, as the bytes of a PNG
+/// file.
 std::string scene_preview(const PreviewFrame& frame);
 
 }  // namespace tofgraph::report

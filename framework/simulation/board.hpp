@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A board that fills the view: what rails and gap searches look at.
+/// @file Board that fills the image: the scene of rail measurements and gap searches.
 #pragma once
 
 #include "simulation/files/pose.hpp"
@@ -14,7 +14,7 @@ struct BoardPose {
   double tilt_x = 0, tilt_y = 0;  ///< rad
   double reflectivity = 0.85;
   double roll = 0;      ///< rad, of the camera about its axis
-  double velocity = 0;  ///< m/s along z, away positive
+  double velocity = 0;  ///< m/s along z, positive away from the camera
 };
 
 inline Tracer board_tracer(double focal_length, const BoardPose& board) {

@@ -15,14 +15,14 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// So many points stay in the processor's cache.
+/// Number of points that fit into the processor's cache.
 constexpr std::size_t chunk = 2048;
 
-/// Newton's method without derivatives, for one pixel: x = (distance, ln reflectivity) against what is measured,
-/// (distance, ln amplitude). Distances are in units of 1 m, so that both are of the same order.
+/// Quasi-Newton (Broyden) iteration for one pixel: x = (distance, ln reflectivity), with the measured (distance,
+/// ln amplitude) as target. Distances are in units of 1 m, so that both are of the same order.
 struct Broyden {
   std::array<double, 2> x{}, rest{}, step{};
-  std::array<double, 4> inverse{1, 0, 0, 1};  // of the Jacobian, row by row
+  std::array<double, 4> inverse{1, 0, 0, 1};  // of the Jacobian, row-major
 
   void take(const std::array<double, 2>& now) {
     if (step[0] != 0 || step[1] != 0) update({rest[0] - now[0], rest[1] - now[1]});
@@ -37,7 +37,7 @@ struct Broyden {
  private:
   static constexpr double max_step = 2;  // m, or a factor of 7
 
-  /// "Good" update: the change of what is measured that the last step really made.
+  /// "Good" Broyden update. @param change observed change of the measurement by the last step
   void update(const std::array<double, 2>& change) {
     const double u = inverse[0] * change[0] + inverse[1] * change[1];
     const double v = inverse[2] * change[0] + inverse[3] * change[1];
@@ -147,7 +147,7 @@ double CameraInverse::reflectivity_for(double amplitude, double distance, double
 double CameraInverse::return_path_on(Vector3 ray, double distance) const {
   constexpr double nearest = 1e-4;
   double path = std::max(nearest, distance);
-  for (int i = 0; i < 4; ++i) {  // strictly rising and convex: Newton from far away comes in from one side
+  for (int i = 0; i < 4; ++i) {  // strictly increasing and convex: Newton from far away converges monotonically
     const double slope = ray.z / physics::optimized_bistatic_slope(geometry_, ray, path);
     path = std::max(nearest, path - (physics::distance_at(geometry_, ray, path) - distance) / slope);
   }
@@ -185,13 +185,13 @@ std::vector<Undone> CameraInverse::solve(const Acquisition& acquisition, std::sp
       const std::array<double, 2> rest = {std::remainder(wanted.distance - now.distance[j], range),
                                           std::log(wanted.amplitude / now.amplitude[j])};
       if (!std::isfinite(rest[0]) || !std::isfinite(rest[1])) continue;
-      if (step < only_light && std::abs(rest[1]) > 0.01) {  // what is far too dark or bright misleads the distance
+      if (step < only_light && std::abs(rest[1]) > 0.01) {  // too large an amplitude error misleads the distance
         solver.x[1] += std::clamp(rest[1], -max_change, max_change);
         still.push_back(open[j]);
         continue;
       }
       solver.take(rest);
-      if (std::abs(solver.x[0] - wanted.guess) > range / 3) continue;  // another one, ranges away
+      if (std::abs(solver.x[0] - wanted.guess) > range / 3) continue;  // a different solution, ranges away
       if (!solver.is_settled()) {
         still.push_back(open[j]);
         continue;
@@ -201,7 +201,7 @@ std::vector<Undone> CameraInverse::solve(const Acquisition& acquisition, std::sp
     }
     open = std::move(still);
   }
-  // What the camera without effects measures there: near the camera not quite the mean of the paths.
+  // Measurement of the camera without effects: at short distances not exactly the mean path.
   const Views views = views_of(settled);
   const Measurements ideal = measure(acquisition, views, false);
   for (std::size_t j = 0; j < settled.size(); ++j) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The forward model turned around: from what a camera with its effects measured to what the same camera without them
-/// would have measured. No effect needs an inverse of its own.
+/// Inverse of the forward model: from the measurement of a camera with its effects to that of the same camera without
+/// effects. Effects need no inverses of their own.
 #pragma once
 
 #include "simulation/forward_model.hpp"
@@ -15,62 +15,62 @@
 
 namespace tofgraph::simulation {
 
-/// Surfaces seen by pixels, one each, towards the camera. Arrays of the same length.
+/// Surfaces seen by pixels, one per entry, perpendicular to the optical axis. Arrays of the same length.
 struct Views {
   std::vector<std::uint32_t> pixel;
   std::vector<double> return_path;   ///< m, surface to lens centre
-  std::vector<double> reflectivity;  ///< whatever is needed: it stands for everything that scales a pixel's light
+  std::vector<double> reflectivity;  ///< unconstrained: it represents every factor of a pixel's light
   std::size_t size() const { return pixel.size(); }
 };
 
-/// Decoded samples without noise, as long as the views.
+/// Decoded noise-free samples, of the same length as the views.
 struct Measurements {
   std::vector<double> distance;   ///< m, within the camera's range
   std::vector<double> amplitude;  ///< counts
 };
 
-/// A measurement to be undone, and where to begin.
+/// Measurement to be corrected, with the starting point.
 struct Measured {
   std::uint32_t pixel;
-  double distance;   ///< m, not wrapped: the solution is looked for near `guess`
+  double distance;   ///< m, unwrapped: the solution is searched near `guess`
   double amplitude;  ///< counts
   double guess;      ///< m, the distance without effects
 };
 
 /// Solution for a pixel; found is false if no distance gives this measurement.
 struct Undone {
-  double distance;  ///< m, that of the camera without effects, not wrapped
+  double distance;  ///< m, measured by the camera without effects, unwrapped
   bool found;
 };
 
 class CameraInverse {
  public:
-  /// @param camera with the lens and the sources that are right; must live as long
-  /// @param effects without those of the geometry, which are in the camera already
+  /// @param camera with the calibrated lens and sources; must outlive this object
+  /// @param effects without geometry effects, which are already part of the camera
   CameraInverse(const tofgraph_camera& camera, bool physical, const std::vector<EffectPtr>& effects);
 
-  /// With all effects, or without any. Several threads. @throws EffectError
+  /// With all effects, or without any. Uses several threads. @throws EffectError
   Measurements measure(const Acquisition& acquisition, const Views& views, bool with_effects = true) const;
 
-  /// By Broyden's method on the pair of distance and logarithm of the amplitude, each pixel on its own. Several
+  /// Solves by Broyden's method for distance and logarithm of the amplitude, each pixel independently. Uses several
   /// threads. @throws EffectError
   std::vector<Undone> solve(const Acquisition& acquisition, std::span<const Measured> measured) const;
 
-  /// The same of pixels that are neighbours, whatever a tracer gives for their rays; with all effects.
+  /// Like measure(), for an image of neighbouring pixels whose rays are intersected by the tracer; with all effects.
   Measurements measure_image(const Acquisition& acquisition, const Tracer& tracer, const Pixels& pixels) const;
 
-  /// Return path on a ray with this distance by the sources' mean path: m from the lens centre, 0.1 mm at least.
+  /// Return path on a ray for this mean source path (half path): m from the lens centre, at least 0.1 mm.
   double return_path_on(Vector3 ray, double distance) const;
   double return_path_at(std::uint32_t pixel, double distance) const {
     return return_path_on(pixels_.rays[pixel], distance);
   }
   Vector3 point_on(Vector3 ray, double return_path) const { return physics::point_on_ray(geometry_, ray, return_path); }
-  /// The reflectivity that gives this amplitude, by the formula of the light of the reference.
+  /// Reflectivity that gives this amplitude, by the equation of the reference light.
   double reflectivity_for(double amplitude, double distance, double integration_time) const;
 
-  /// Distances repeat after this, m.
+  /// Distance after which distances repeat, m.
   double range(const Acquisition& acquisition) const;
-  /// The pixel with a ray that is nearest to the image's middle. @throws std::invalid_argument when none has one
+  /// Pixel with a ray nearest to the image centre. @throws std::invalid_argument if no pixel has a ray
   std::uint32_t middle() const { return middle_; }
   const Pixels& pixels() const { return pixels_; }
   const tofgraph_camera& camera() const { return real_.camera(); }

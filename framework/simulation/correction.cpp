@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Which effects are undone, and what is needed for it.
+// Selects the effects that are corrected, and the inputs that this requires.
 #include "simulation/correction.hpp"
 
 #include "config/quantity.hpp"
@@ -14,7 +14,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// The camera that effects of the geometry make of this one.
+/// Camera with the changes made by geometry effects.
 std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, const std::vector<EffectPtr>& effects) {
   const Acquisition acquisition = acquisition_for(camera, {});
   std::vector<tofgraph_source_light> sources;
@@ -40,11 +40,11 @@ std::shared_ptr<const io::Camera> changed_camera(const tofgraph_camera& camera, 
   changed.light_size = sizeof(tofgraph_light);
   const bool same_lens = std::ranges::all_of(state.distortion, [](double d) { return d == 0; }) &&
                          std::ranges::all_of(state.principal_point, [](double d) { return d == 0; });
-  if (!same_lens) changed.rays = nullptr;  // made anew
+  if (!same_lens) changed.rays = nullptr;  // recomputed
   return std::make_shared<const io::Camera>(changed);
 }
 
-/// Largest relative change of any pattern by an image effect, on some pixels in the middle: below 1 the fixed-point
+/// Largest relative change of any pattern by an image effect, over pixels around the centre: below 1 the fixed-point
 /// iteration converges.
 double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   constexpr std::size_t size = 48;
@@ -67,7 +67,7 @@ double max_change(const tofgraph_camera& camera, bool physical, const EffectPtr&
   return change;
 }
 
-/// Returns whether any distances differ by more than 0.1 um, modulo whole ranges.
+/// Returns true if any distances differ by more than 0.1 um, modulo the range.
 bool differ(const Measurements& one, const Measurements& other, double range) {
   for (std::size_t i = 0; i < one.distance.size(); ++i) {
     if (!(std::abs(std::remainder(one.distance[i] - other.distance[i], range)) < 1e-7)) return true;
@@ -75,12 +75,12 @@ bool differ(const Measurements& one, const Measurements& other, double range) {
   return false;
 }
 
-/// Returns whether an effect alone changes distances.
+/// Returns true if an effect alone changes distances.
 bool changes_distances(const tofgraph_camera& camera, bool physical, const EffectPtr& effect) {
   const CameraInverse inverse(camera, physical, {effect});
   const Acquisition acquisition = acquisition_for(camera, {});
   Views views = some_views(inverse);
-  for (std::uint32_t pixel = 0; pixel < inverse.pixels().size(); ++pixel) {  // a map may concern few of them
+  for (std::uint32_t pixel = 0; pixel < inverse.pixels().size(); ++pixel) {  // a map may affect few pixels
     constexpr double distance = 1.5, amplitude = 1000;
     if (std::isnan(inverse.pixels().rays[pixel].z)) continue;
     views.pixel.push_back(pixel);
@@ -105,7 +105,7 @@ Correction::Correction(const tofgraph_camera& camera, bool physical, const std::
 void Correction::choose(bool physical, const std::vector<EffectPtr>& effects) {
   std::vector<EffectPtr> geometry, single, all;
   bool images = false;
-  constexpr double undoable = 0.5;  // a pattern may be made stronger by two, and so may its noise
+  constexpr double undoable = 0.5;  // gain of a pattern, and of its noise, is limited to 2
   for (const EffectPtr& effect : effects) {
     const auto tell = [&](bool undone, std::string how) {
       treatments_.push_back({effect->name(), undone, std::move(how)});
@@ -147,7 +147,7 @@ void Correction::find_needs() {
     return differ(pixels_->measure(usual, views), pixels_->measure(other, changed), pixels_->range(usual));
   };
   needs_.amplitude = changes({}, 0.2) || changes({}, 5) || images_ != nullptr;
-  // Over all that a camera meets: a table or a step may be somewhere in it.
+  // Scans the whole operating range, because a table or a step may be anywhere in it.
   const auto matters = [&](double FrameSettings::*what, double first, double last, const auto& next) {
     for (double value = first; value < last; value = next(value)) {
       FrameSettings settings;

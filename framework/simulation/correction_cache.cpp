@@ -64,7 +64,7 @@ struct TableReader {
     std::memcpy(to, bytes.data(), size);
     bytes.remove_prefix(size);
   }
-  /// A number of elements that the rest of the bytes can hold.
+  /// Reads a number of elements and checks that the remaining bytes can hold them.
   std::size_t count(std::size_t element) {
     std::size_t n = 0;
     (*this)(n);
@@ -98,7 +98,7 @@ struct KeptTables {
   std::shared_ptr<const CorrectionTables> tables;
 };
 
-/// Tables that this process has compiled or read, oldest first.
+/// Tables compiled or read by this process, oldest first.
 class TableMemory {
  public:
   std::shared_ptr<const CorrectionTables> find(const std::string& key, const FrameSettings& settings) {
@@ -128,7 +128,7 @@ std::string bytes_of_file(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Removes the oldest files where there is more than is kept.
+/// Removes the oldest files if the total exceeds the limit.
 void prune(const fs::path& folder) {
   struct Stored {
     fs::file_time_type time;
@@ -194,7 +194,7 @@ void CorrectionCache::keep(const std::shared_ptr<const CorrectionTables>& tables
     file.write(bytes);
     file.commit();
     prune(folder_.parent_path());
-  } catch (const std::exception&) {  // a full disk, a folder that is read-only
+  } catch (const std::exception&) {  // disk full or read-only folder
   }
 }
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects that look at neighbours, undone over the whole image.
+// Correction of effects that depend on neighbouring pixels, over the whole image.
 #include "simulation/correction_views.hpp"
 
 #include <cmath>
 
 namespace tofgraph::simulation {
 
-/// With the light z of all pixels as it would be without effects, what is seen of it is F(z). Wanted is F(z) = seen:
-/// z += (seen - F(z)) / q, where q = seen / z_0 is what the effects of each pixel alone make of its light.
+/// F(z) is the measured light if the light without effects is z. Solves F(z) = seen by the fixed-point iteration
+/// z += (seen - F(z)) / q, where q = seen / z_0 is the change of a pixel's light by the effects without neighbours.
 std::vector<std::uint32_t> Correction::undo_images(const FrameSettings& settings, std::span<const float> measured,
                                                    std::span<const float> amplitude, std::span<float> distance) const {
   const Acquisition acquisition = acquisition_for(camera_->view(), settings);
@@ -22,7 +22,7 @@ std::vector<std::uint32_t> Correction::undo_images(const FrameSettings& settings
     ratio[i] = seen[i] / light[i];
   }
   constexpr int max_steps = 12;
-  constexpr double settled = 3e-6;  // of the light: 4 um at 20 MHz
+  constexpr double settled = 3e-6;  // relative to the light: 4 um at 20 MHz
   std::vector<std::uint32_t> open;
   for (int step = 0; step <= max_steps; ++step) {
     const PhasorImage now = look(*images_, acquisition, images_->pixels(), light);

@@ -13,9 +13,9 @@ namespace tofgraph::simulation {
 namespace {
 
 constexpr std::size_t nodes_per_range = 256;
-constexpr double closest = 0.25;  // m: what is nearer is taken for something beyond the range
+constexpr double closest = 0.25;  // m: smaller distances are interpreted as beyond the range
 
-/// From what can hardly be told from noise to full taps: tap = amplitude (1 / (2 contrast) + 1 / 2) at most.
+/// Amplitudes from the noise level to full taps: tap = amplitude (1 / (2 contrast) + 1 / 2) at most.
 void choose_amplitudes(const tofgraph_camera& camera, CorrectionTables& tables) {
   constexpr double weakest = 8, largest = 65536, medium = 1024;
   const double full = camera.full_well * 2 * camera.contrast / (1 + camera.contrast);
@@ -68,9 +68,9 @@ std::vector<float> shifts_of(const CameraInverse& inverse, const Nodes& nodes, c
   return shifts;
 }
 
-/// Change of distances while a setting goes from one end to the other, m.
+/// Change of distances between two values of a setting, m.
 struct Drift {
-  double change = 0, bend = 0;  ///< greatest from end to end; greatest half way, against the mean of the ends
+  double change = 0, bend = 0;  ///< maximum from end to end; maximum deviation from linear at the midpoint
 };
 Drift drift_of(const CameraInverse& inverse, const Views& views, const Acquisition& usual,
                double tofgraph_condition::*what, double first, double last) {
@@ -135,7 +135,7 @@ void Correction::find_ends(CorrectionTables& tables, const FrameSettings& settin
   const Acquisition acquisition = acquisition_for(camera_->view(), settings);
   const Views views = some_views(*pixels_);
   constexpr double straight = 1e-5, unnoticed = 2e-6;  // m
-  // Ends are multiples of their length, so that they are the same whichever frame comes first.
+  // Ends are multiples of the interval length, so that they do not depend on which frame comes first.
   const auto find = [&](std::size_t axis, bool needed, double tofgraph_condition::*what, double longest) {
     const double value = acquisition.condition.*what;
     tables.ends[axis] = {value, value};
@@ -162,7 +162,7 @@ std::shared_ptr<const CorrectionTables> Correction::compile(const FrameSettings&
   tables->integration_time = acquisition.condition.integration_time;
   tables->modulation_frequency = acquisition.condition.modulation_frequency;
   find_ends(*tables, settings);
-  acquisition.condition.time_since_power_on = tables->ends[0][0];  // nothing of this very frame
+  acquisition.condition.time_since_power_on = tables->ends[0][0];  // independent of the current frame
   acquisition.condition.temperature = tables->ends[1][0];
   std::vector<Acquisition> corners;
   for (const double temperature : tables->ends[1]) {

@@ -9,9 +9,9 @@
 namespace tofgraph::simulation {
 namespace {
 
-bool known(double value) { return value > 0; }  // not NaN
+bool known(double value) { return value > 0; }  // false for NaN
 
-/// A row of surfaces that the pixel sees with this amplitude.
+/// Surfaces at these distances that the pixel sees with this amplitude.
 Views row_of(const CameraInverse& inverse, const Acquisition& acquisition, std::uint32_t pixel, double amplitude,
              const std::vector<double>& distances) {
   Views views;
@@ -93,7 +93,7 @@ Pixels window(const Pixels& image, std::size_t rows, std::size_t columns) {
 }
 
 PhasorImage random_phasors(std::size_t size) {
-  std::mt19937 random(1);  // the same whenever it is asked for
+  std::mt19937 random(1);  // fixed seed for reproducibility
   std::normal_distribution<double> normal;
   PhasorImage image(size);
   for (std::complex<double>& value : image) value = {normal(random), normal(random)};
@@ -109,7 +109,7 @@ double norm_of(const PhasorImage& image) {
 PhasorImage look(const CameraInverse& inverse, const Acquisition& acquisition, const Pixels& pixels,
                  const PhasorImage& light) {
   const double range = inverse.range(acquisition), time = acquisition.condition.integration_time;
-  constexpr double nearest = 0.3;  // m: what is nearer is taken one range farther away
+  constexpr double nearest = 0.3;  // m: smaller distances are moved one range farther
   const Tracer tracer = [&](const BoardChange&, std::span<const Vector3> rays, std::span<Hit> hits) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const double turns = std::arg(light[i]) / physics::two_pi, amplitude = std::abs(light[i]);

@@ -10,8 +10,8 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// Fills missing values by the nearest distance of the same amplitude, or, if the whole amplitude is missing, by the
-/// next stronger one, else the next weaker one.
+/// Fills missing values with that of the nearest distance of the same amplitude, or, if the whole amplitude is missing,
+/// from the next stronger amplitude, else the next weaker one.
 void fill(const CorrectionTables& shape, std::vector<double>& row) {
   const std::size_t n = shape.distances;
   const auto fill_line = [](auto first, auto last) {
@@ -66,7 +66,7 @@ std::vector<double> Nodes::solve(const std::vector<Place>& places) const {
     const std::vector<Undone> undone = inverse_.solve(corners_[c], measured);
     for (std::size_t j = 0; j < which.size(); ++j) {
       if (!undone[j].found) continue;
-      // One range more or less is the same to the camera.
+      // The solution is unique only modulo the range.
       const Place& place = places[which[j]];
       const double near = place.near, correction = undone[j].distance - distance(place.node);
       result[which[j]] = near + std::remainder(correction - near, shape_.range);
@@ -97,7 +97,7 @@ double CrossApproximation::run(std::size_t max_products) {
     for (std::size_t p = 0; p < count_; ++p) relative[p] /= nodes_.allowed(tests_[p].node, tests_[p].near);
     const std::size_t pixel = greatest(relative);
     if (std::abs(relative[pixel]) < 1) return 0;
-    if (pixel == before) {  // its row did not help: on the range's end, where there are two solutions
+    if (pixel == before) {  // no improvement: two solutions at the end of the range
       tested_[pixel] = std::numeric_limits<double>::quiet_NaN();
       continue;
     }
@@ -107,8 +107,8 @@ double CrossApproximation::run(std::size_t max_products) {
   }
 }
 
-/// From the slopes of the corrections along distance and amplitude. The noise of the amplitude is that of the phase,
-/// times the amplitude, and independent of it.
+/// Computes sigma factors from the slopes of the corrections along distance and amplitude. The noise of the amplitude
+/// is that of the phase times the amplitude, and independent of it.
 void CrossApproximation::find_factors(const std::vector<double>& first) {
   const std::size_t n = shape_.distances, lines = shape_.amplitudes;
   if (n == 0 || lines == 0) throw std::logic_error("a table without nodes");
@@ -124,8 +124,8 @@ void CrossApproximation::find_factors(const std::vector<double>& first) {
   }
 }
 
-/// Finds ambiguous nodes: if effects grow for weak light, some measured distances belong to a near surface as well as
-/// to one at the end of the range.
+/// Finds ambiguous nodes: if effects increase for weak light, a measured distance can belong to a near surface as well
+/// as to one at the end of the range.
 void CrossApproximation::find_doubtful(const std::vector<double>& first) {
   std::vector<Nodes::Place> places;
   const std::size_t n = shape_.distances, quarter = n / 4;
@@ -153,7 +153,7 @@ std::vector<double> CrossApproximation::row(std::uint32_t pixel) const {
   return nodes_.solve(places);
 }
 
-/// Chooses a test per pixel, more of them near the camera, where pixels differ most.
+/// Chooses a test node per pixel, preferably at small distances, where pixels differ most.
 void CrossApproximation::choose_tests() {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform;

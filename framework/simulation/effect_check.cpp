@@ -18,14 +18,14 @@ namespace {
 std::vector<double> taps_with(const tofgraph_camera& camera, std::vector<EffectPtr> effects) {
   const ForwardModel model(camera, false, std::move(effects));
   Acquisition acquisition = acquisition_of(camera, 1e-3);
-  acquisition.condition.ambient = "lamp";  // whatever an effect may depend on happens
+  acquisition.condition.ambient = "lamp";  // conditions on which effects may depend
   acquisition.condition.time_since_power_on = 600;
   acquisition.condition.velocity = 0.1;
   const Tracer board = board_tracer(camera.focal_length, {1.3, 0.1, 0.05, 0.85});
   return model.expect(board, acquisition, superpixels(camera, 8, 8)).taps;
 }
 
-/// The defaults, with the parameters that have such a value at it.
+/// Default values, with `which` where a parameter has such a value.
 std::vector<tofgraph_value> values_at(const graph::Plugin& effect, const graph::ParameterValues& defaults,
                                       double tofgraph_parameter::*which) {
   std::vector<tofgraph_value> values(defaults.data(), defaults.data() + effect.parameter_count);
@@ -56,9 +56,9 @@ std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera
         return "turns finite light into NaN or infinity at its typical values";
     }
   } catch (const EffectError&) {
-    return {};  // it says itself what it needs
+    return {};  // the effect reports its own requirements
   } catch (const std::invalid_argument&) {
-    return {};  // the profile has no lengths, or no gain
+    return {};  // the profile lacks lengths or gain
   }
   return {};
 }

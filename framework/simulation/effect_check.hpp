@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Check of an effect's contract: off changes nothing, and finite light stays finite.
+/// @file Check of an effect's contract: its off values change nothing, and finite light stays finite.
 #pragma once
 
 #include "simulation/files/model.hpp"
@@ -9,9 +9,9 @@
 
 namespace tofgraph::simulation {
 
-/// Looks at a board with the effect at its off values, which must change no bit, and at its typical ones, which must
-/// leave every tap a number. @returns what is wrong with the plugin, or nothing, also where it cannot be asked: it
-/// refuses these values, or has no size
+/// Simulates a board with the effect at its off values, which must not change any bit, and at its typical values,
+/// which must keep every tap finite. @returns the violation; empty: none, or the effect cannot be tested because it
+/// rejects these values or has no off value
 std::string defect_of(const graph::Plugin& effect, const tofgraph_camera& camera);
 
 /// Checks every effect of a model if plugins are validated (graph::validating); violations are added to the

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The evaluation of one shot. For forward_model.cpp and evaluation*.cpp only.
+/// @file Evaluation of one acquisition. For forward_model.cpp and evaluation*.cpp only.
 #pragma once
 
 #include "simulation/forward_model.hpp"
@@ -12,20 +12,20 @@
 
 namespace tofgraph::simulation {
 
-/// The border's state is the base, so that a call from an effect finds its way back.
+/// Derived from the state of the plugin interface, so that callbacks from an effect can be cast back.
 class Evaluation : public tofgraph_light_state {
  public:
-  /// @param modulation Hz, that of the light; the exposures' own where it is not told
+  /// @param modulation frequency of the light, Hz; 0: the exposures' frequency
   Evaluation(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels,
              const BoardChange& moved, double modulation = 0);
 
   /// Geometry and phasor level: light_ and strength_ of each pixel.
   void illuminate();
 
-  /// Samples and taps, up to the noise.
+  /// Samples and taps, without the noise.
   Expectation integrate();
 
-  /// Only what effects on the taps need.
+  /// Prepares only the state needed by effects on the taps.
   void use_taps(std::span<double> values);
 
  private:
@@ -36,25 +36,25 @@ class Evaluation : public tofgraph_light_state {
   void trace();
   void add_edges(const physics::Lens& lens);
 
-  /// Every source's light at every point: formats of `light: reference` and `light: physical`.
+  /// Light of every source at every point: equations of `light: reference` and `light: physical`.
   void emit();
   void emit_at(std::size_t i, double all);
   Vector3 to_source(std::size_t s, std::size_t i) const;
-  /// cos(theta_i); 0 from behind.
+  /// cos(theta_i); 0 for light from behind.
   double incidence(std::size_t s, std::size_t i) const;
 
-  /// A surface that is not Lambert's: its factor, and its gloss, which does not depend on the reflectivity.
+  /// Factor of a non-Lambertian surface, and its specular part, which does not depend on the reflectivity.
   double finish_of(std::size_t s, std::size_t i, double strength) const;
 
-  /// Each pixel on an edge becomes the mean of its rays; from then on the points are the pixels.
+  /// Replaces each edge pixel by the mean of its rays; from then on the points are the pixels.
   void merge_edges();
 
-  /// All light together: what late effects look at.
+  /// Total light, the input of late effects.
   void sum();
 
-  /// Exposure k sees the scene as changes_[k] says: what effects made of its light before stays, in proportion.
+  /// Recomputes the light for exposure k with changes_[k]; the relative changes by earlier effects are kept.
   void reilluminate(std::size_t k);
-  /// The light of another frequency.
+  /// Computes the light for another frequency.
   void illuminate_at(double other_frequency);
   int move_exposure(std::uint32_t k, double displacement) noexcept;
   void expose(Expectation& result);
@@ -74,7 +74,7 @@ class Evaluation : public tofgraph_light_state {
   std::vector<tofgraph_exposure> steps_;
   std::vector<Complex> light_, exposures_;
 
-  /// The light as it is before the exposures' own effects.
+  /// Light before the effects of single exposures.
   struct Illumination {
     std::vector<Complex> light;
     std::vector<double> strength;

@@ -77,7 +77,7 @@ void Evaluation::place_sources() {
   }
   borders_.push_back({"", {0, 0, 0}, 1, nullptr, nullptr, nullptr});
   sources = borders_.data();
-  source_count = n;  // the inside has no place
+  source_count = n;  // the internal source has no position
   scale = offset = tilt[0] = tilt[1] = 0;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Sample and tap level: the exposures, and what the taps hold of them.
+// Sample and tap level: the exposures and the resulting taps.
 #include "simulation/evaluation.hpp"
 
 #include <array>
@@ -10,7 +10,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// e^(j angle), exact where the angle is a multiple of pi/2 as it is rounded.
+/// e^(j angle), exact for multiples of pi/2 despite their rounding.
 Complex turn_of(double angle) {
   constexpr std::array<Complex, 4> quarters = {Complex{1, 0}, Complex{0, 1}, Complex{-1, 0}, Complex{0, -1}};
   for (std::size_t k = 0; k < quarters.size(); ++k)
@@ -112,7 +112,7 @@ void Evaluation::expose(Expectation& result) {
   for (std::size_t e = 0; e < model_.first_readout(); ++e) {
     if (model_.effects()[e]->level() == TOFGRAPH_LEVEL_TAPS) model_.effects()[e]->apply(*this);
   }
-  if (model_.has_readout()) {  // one after the readout may still set the noise
+  if (model_.has_readout()) {  // readout effects may still set the noise
     std::vector<double> copy = result.taps;
     taps = copy.data();
     for (std::size_t e = model_.first_readout(); e < model_.effects().size(); ++e) model_.effects()[e]->apply(*this);

@@ -17,7 +17,7 @@ ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::ve
       exposures_(physics::exposures_of(camera).size()),
       effects_(std::move(effects)),
       edge_samples_(edge_samples) {
-  static_cast<void>(physics::geometry_of(camera));  // says what is missing
+  static_cast<void>(physics::geometry_of(camera));  // throws if values are missing
   const auto need = [&](double value, const char* what) {
     if (value > 0) return;
     throw std::invalid_argument(std::string("the profile of the camera '") + camera.name + "' has no " + what);
@@ -52,7 +52,7 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Acquisition& acquis
     evaluation.illuminate();
     return evaluation.integrate();
   };
-  // A strip stays in the processor's cache; effects that look at neighbours need the whole image.
+  // A strip fits into the processor's cache; effects of neighbouring pixels need the whole image.
   constexpr std::size_t rows = 10;
   const bool whole = std::ranges::any_of(effects_, [](const EffectPtr& e) { return e->looks_at_neighbours(); });
   if (whole || pixels.rows <= 2 * rows) return evaluate(pixels);
@@ -62,7 +62,7 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Acquisition& acquis
   result.hits.resize(n);
   for (std::size_t first = 0; first < pixels.rows; first += rows) {
     const std::size_t last = std::min(first + rows, pixels.rows);
-    // With the rows above and below, which tell where edges are.
+    // Includes the adjacent rows, which are needed for detecting edges.
     const std::size_t above = first > 0 ? 1 : 0, below = last < pixels.rows ? 1 : 0;
     const Pixels strip = strip_of(pixels, first - above, last + below);
     const Expectation part = evaluate(strip);

@@ -44,7 +44,7 @@ void Frames::draw(std::uint64_t frame, const std::vector<float>& mean, const std
                   std::size_t plane, float* out) const {
   const std::size_t first = second ? pixels_.size() : 0;
   constexpr std::size_t at_once = 4;
-  constexpr std::uint32_t block = 1U << 28U;  // streams between one four of exposures and the next
+  constexpr std::uint32_t block = 1U << 28U;  // stream offset between groups of four exposures
   for (std::size_t begin = 0; begin < exposures(); begin += at_once) {
     std::array<const float*, at_once> means{}, deviations{};
     std::array<float*, at_once> outs{};
@@ -77,7 +77,7 @@ std::vector<float> Frames::read_out(std::uint64_t frame) const {
 
 void Frames::taps(std::uint64_t frame, std::uint16_t* out) const {
   const std::vector<float> values = read_out(frame);
-  std::ranges::transform(values, out, [](float value) {  // the analogue-to-digital converter; NaN becomes 0
+  std::ranges::transform(values, out, [](float value) {  // analogue-to-digital converter; NaN becomes 0
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): positive, and several times faster than lround
     return value > 0 ? static_cast<std::uint16_t>(std::min(value, 65535.0F) + 0.5F) : std::uint16_t{0};
   });

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Intersection of a pixel's ray: the interface between scenes, which are traced, and light, which is computed.
+/// @file Intersection of a pixel's ray: the interface between the tracing of scenes and the computation of light.
 #pragma once
 
 #include "simulation/files/board_change.hpp"
@@ -20,11 +20,11 @@ using physics::Vector3;
 /// Intersection of a ray with the scene; lengths in metres, sensor frame.
 struct Hit {
   double return_path =
-      std::numeric_limits<double>::infinity();  ///< D_ref, lens centre to point; infinity: nothing there
-  Vector3 point, normal;                        ///< normal: unit, towards the camera's side
+      std::numeric_limits<double>::infinity();  ///< D_ref, lens centre to point; infinity: no surface hit
+  Vector3 point, normal;                        ///< normal: unit, towards the camera
   double reflectivity = 0;
   std::uint32_t object = 0;
-  const Surface* surface = nullptr;  ///< null: as the model's light has it
+  const Surface* surface = nullptr;  ///< null: according to the model's light
 };
 
 /// Traces unit rays from the lens centre.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The brightness printed on a card.
+/// @file Brightness image printed on a card.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace tofgraph::simulation {
 
 class Image {
  public:
-  /// An image of 8 or 16 bits, colours become grey; 0 is black, the largest number of its type is 1, linear.
-  /// @throws std::runtime_error when it cannot be read
+  /// Image with 8 or 16 bits, colours converted to grey; linear scale with 0 as black and the maximum of its type as
+  /// 1. @throws std::runtime_error if it cannot be read
   static Image load(const std::filesystem::path& file);
 
   /// @param values rows x columns, 0..1
@@ -20,9 +20,9 @@ class Image {
 
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
-  /// The pixel in which a place lies. @param across, down 0..1 over the whole image
+  /// Value of the pixel at a position. @param across, down 0..1 over the whole image
   double nearest(double across, double down) const;
-  /// Between the four nearest pixels' centres, bilinear; the border is continued.
+  /// Bilinear interpolation between the four nearest pixel centres; border pixels are extended.
   double between(double across, double down) const;
 
  private:

@@ -46,7 +46,7 @@ class MeshShape final : public Shape {
 
 }  // namespace
 
-/// Embree's objects; single-threaded building, so that the same file always gives the same tree.
+/// Embree's objects; the tree is built in one thread, so that the same file always gives the same tree.
 struct Mesh::Tree {
   explicit Tree(const Triangles& mesh) : device(rtcNewDevice("threads=1")), scene(nullptr) {
     if (device == nullptr) throw std::runtime_error("Embree cannot start on this processor");

@@ -22,7 +22,7 @@ std::array<double, 3> edge(const Vertex& from, const Vertex& to) {
 
 double square(const std::array<double, 3>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
 
-/// A triangle so thin that its plane is not known.
+/// Triangle that is too thin for its plane to be determined.
 bool degenerate(const Vertex& a, const Vertex& b, const Vertex& c) {
   const auto u = edge(a, b), v = edge(a, c), w = edge(b, c);
   const std::array<double, 3> normal = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],

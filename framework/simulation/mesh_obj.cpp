@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Wavefront OBJ: of its statements, vertices and faces are read.
+// Wavefront OBJ: only the statements for vertices and faces are read.
 #include "simulation/mesh_polygons.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view obj_blanks = " \t\r";
 
-/// The next word of a line, taken off; empty at its end.
+/// Removes and returns the next word of a line; empty at its end.
 std::string_view next_word(std::string_view& line) {
   line.remove_prefix(std::min(line.find_first_not_of(obj_blanks), line.size()));
   const std::string_view word = line.substr(0, line.find_first_of(obj_blanks));
@@ -38,7 +38,7 @@ class ObjFile {
 
   Polygons read() {
     std::replace(text_.begin(), text_.end(), '\r', '\n');
-    std::string joined;  // of lines that a backslash continues
+    std::string joined;  // for lines continued by a backslash
     std::string_view rest = text_;
     while (!rest.empty()) {
       const std::string_view line = rest.substr(0, rest.find('\n'));
@@ -86,7 +86,7 @@ class ObjFile {
     polygons_.vertices.push_back(vertex);
   }
 
-  /// Corners are written VERTEX, VERTEX/TEXTURE or VERTEX/TEXTURE/NORMAL, from 1 on; negative ones count from the end.
+  /// Corners are written VERTEX, VERTEX/TEXTURE or VERTEX/TEXTURE/NORMAL, counted from 1; negative ones from the end.
   void add_face(std::string_view line) {
     polygon_.clear();
     for (std::string_view word = next_word(line); !word.empty(); word = next_word(line)) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// PLY: G. Turk, The PLY Polygon File Format (1994). The data begin directly behind the line end_header, whatever their
-// first byte is.
+// PLY: G. Turk, The PLY Polygon File Format (1994). The data begin immediately after the line end_header, whatever
+// their first byte is.
 #include "simulation/mesh_polygons.hpp"
 
 #include <fmt/format.h>
@@ -40,7 +40,7 @@ PlyType ply_type(std::string_view name) {
 
 struct PlyProperty {
   std::string name;
-  PlyType type, count;  ///< count: of a list
+  PlyType type, count;  ///< count: for a list
   bool list = false;
 };
 
@@ -50,7 +50,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 
   bool is_face() const { return name == "face"; }
-  /// Bytes that one of them takes at least in a binary file; polygons have three corners or more.
+  /// Minimum number of bytes per element in a binary file; polygons have at least three corners.
   std::uint64_t min_bytes() const {
     std::uint64_t bytes = 0;
     for (const PlyProperty& p : properties) {
@@ -137,9 +137,9 @@ class PlyFile {
     elements_.back().properties.push_back(std::move(property));
   }
 
-  /// Compares what the header announces with what the file has, before room is made for it.
+  /// Compares the announced amount of data with that of the file before allocating memory.
   void check_announced() const {
-    double announced = 0;  // lines or bytes; in floating point, as no count is too large for it
+    double announced = 0;  // lines or bytes; floating point, as it cannot overflow
     for (const PlyElement& element : elements_) {
       if (element.is_face()) refuse_too_many(file_, element.count);
       const double each = is_ascii() ? 1.0 : static_cast<double>(element.min_bytes());
@@ -242,7 +242,7 @@ class PlyFile {
     polygons_.add(polygon);
   }
 
-  /// Every corner of a strip makes a triangle with the two before it, of alternating orientation; -1 begins anew.
+  /// Every corner of a strip forms a triangle with the two before it, alternately oriented; -1 starts a new strip.
   void add_strip() {
     std::size_t begin = 0;
     for (std::size_t i = 0; i < list_.size(); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Polygons of PLY and OBJ files, and their triangles. For this folder only.
+/// @file Polygons of PLY and OBJ files, and their triangulation. Internal to this folder.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ namespace tofgraph::simulation {
 using Vertex = std::array<float, 3>;
 using TriangleIndices = std::array<std::uint32_t, 3>;
 
-/// Polygons one after the other; each has three corners or more, none of which is beyond the vertices.
+/// Consecutive polygons; each has at least three corners, with valid vertex indices.
 struct Polygons {
   std::vector<Vertex> vertices;
   std::vector<std::uint32_t> corners;  ///< indices of vertices
@@ -28,25 +28,25 @@ struct Polygons {
 };
 
 /// Reads the faces and triangle strips of a PLY file, ascii or binary of either byte order.
-/// @throws std::runtime_error naming the file and what is wrong with it
+/// @throws std::runtime_error naming the file and the problem
 Polygons read_ply(const std::filesystem::path& file);
 
-/// Reads the vertices and faces of a Wavefront OBJ file. @throws std::runtime_error likewise, with the line
+/// Reads the vertices and faces of a Wavefront OBJ file. @throws std::runtime_error naming file, line and problem
 Polygons read_obj(const std::filesystem::path& file);
 
-/// Cuts a polygon into triangles that cover its own area only, by clipping ears. It may be concave, and may have holes
-/// that a doubled edge connects to its outline. Corners on a straight line give no triangle.
-/// @returns false when no more ears are found, because the outline crosses itself
+/// Triangulates a polygon by ear clipping. It may be concave, and may have holes that a doubled edge connects to its
+/// outline. Corners on a straight line give no triangle.
+/// @returns false if no more ears are found, because the outline intersects itself
 bool triangulate(std::span<const Vertex> vertices, std::span<const std::uint32_t> polygon,
                  std::vector<TriangleIndices>& triangles);
 
 /// @throws std::runtime_error "FILE: PROBLEM"
 [[noreturn]] void fail_mesh(const std::filesystem::path& file, const std::string& problem);
-/// Refuses more faces than max_triangles.
+/// Rejects more faces than max_triangles.
 void refuse_too_many(const std::filesystem::path& file, std::uint64_t faces);
-/// A coordinate of a vertex. @throws std::runtime_error when it is not finite
+/// Coordinate of a vertex. @throws std::runtime_error if it is not finite
 void check_vertex(const std::filesystem::path& file, std::size_t index, const Vertex& vertex);
-/// The bytes of a file. @throws std::runtime_error
+/// Content of a file. @throws std::runtime_error
 std::string mesh_bytes(const std::filesystem::path& file);
 
 }  // namespace tofgraph::simulation

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Ear clipping: D. Eberly, Triangulation by Ear Clipping (2002). A corner is an ear when its triangle lies inside the
-// polygon; cutting it off leaves a polygon with a corner less.
+// Ear clipping: D. Eberly, Triangulation by Ear Clipping (2002). A corner is an ear if its triangle lies inside the
+// polygon; removing it leaves a polygon with one corner less.
 #include "simulation/mesh_polygons.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ double doubled_area(FlatPoint a, FlatPoint b, FlatPoint c) {
 
 bool are_opposite(double a, double b) { return (a > 0 && b < 0) || (a < 0 && b > 0); }
 
-/// The polygon seen along the axis on which its plane is widest, counter-clockwise (Newell's normal).
+/// Projects the polygon along the dominant axis of its normal, counter-clockwise (Newell's normal).
 std::vector<FlatPoint> flattened(std::span<const Vertex> vertices, std::span<const std::uint32_t> polygon) {
   std::array<double, 3> normal{};
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -79,8 +79,8 @@ class EarClipper {
   std::size_t previous(std::size_t i) const { return i == 0 ? corners_.size() - 1 : i - 1; }
   std::size_t next(std::size_t i) const { return i + 1 == corners_.size() ? 0 : i + 1; }
 
-  /// No other corner lies in the triangle, and its third side crosses no edge. Corners at the same place, as of the
-  /// doubled edge that leads to a hole, are no obstacle.
+  /// True if no other corner lies in the triangle and its third side crosses no edge. Coincident corners, such as those
+  /// of a doubled edge to a hole, are ignored.
   bool is_ear(std::size_t before, std::size_t place, std::size_t after) const {
     const FlatPoint a = points_[before], b = points_[place], c = points_[after];
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -96,7 +96,7 @@ class EarClipper {
 
   std::vector<std::uint32_t> corners_;
   std::vector<FlatPoint> points_;
-  double flat_ = 0;  ///< doubled area below which corners are on a line
+  double flat_ = 0;  ///< doubled area below which corners count as collinear
 };
 
 }  // namespace

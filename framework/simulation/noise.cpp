@@ -19,7 +19,7 @@ using I32 = hn::RebindToSigned<U32>;
 using F32 = hn::RebindToFloat<U32>;
 using V = hn::Vec<U32>;
 
-/// The upper halves of the products of 32-bit numbers.
+/// Upper halves of the products of 32-bit numbers.
 HWY_INLINE V MulHigh(V a, V b) {
 #if HWY_TARGET == HWY_SCALAR
   return V(static_cast<std::uint32_t>((std::uint64_t{a.raw} * b.raw) >> 32U));
@@ -33,7 +33,7 @@ HWY_INLINE V MulHigh(V a, V b) {
 #endif
 }
 
-/// Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
+/// Philox4x32-10 of Salmon, Moraes, Dror, Shaw: Parallel random numbers: as easy as 1, 2, 3 (SC 2011).
 HWY_INLINE void Philox(V& c0, V& c1, V& c2, V& c3, std::uint32_t key0, std::uint32_t key1) {
   const U32 d;
   const V first = hn::Set(d, 0xD2511F53U), second = hn::Set(d, 0xCD9E8D57U);
@@ -49,7 +49,7 @@ HWY_INLINE void Philox(V& c0, V& c1, V& c2, V& c3, std::uint32_t key0, std::uint
   }
 }
 
-/// 0 < u < 1 from the upper 24 bits.
+/// Uniform number, 0 < u < 1, from the upper 24 bits.
 HWY_INLINE hn::Vec<F32> Uniform(V words) {
   const F32 d;
   const auto whole = hn::ConvertTo(d, hn::BitCast(I32(), hn::ShiftRight<8>(words)));

@@ -7,7 +7,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// A pixel and a neighbour see different things: another object, another reflectivity, a crease or a step.
+/// True if a pixel and a neighbour see different surfaces: another object or reflectivity, a crease or a step.
 bool differ(const Hit& a, const Hit& b) {
   const bool there = std::isfinite(a.return_path);
   if (there != std::isfinite(b.return_path)) return true;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The points that an evaluation looks at. For forward_model.cpp and evaluation*.cpp only.
+/// @file Surface points of an evaluation. For forward_model.cpp and evaluation*.cpp only.
 #pragma once
 
 #include "simulation/hit.hpp"
@@ -16,7 +16,7 @@ namespace tofgraph::simulation {
 
 using Complex = std::complex<double>;
 
-/// Memory that is written before it is read need not be cleared first: there is much of it.
+/// Leaves new elements uninitialised: the large arrays are written before they are read.
 template <class T> struct DefaultInitAllocator : std::allocator<T> {
   template <class U> struct rebind { using other = DefaultInitAllocator<U>; };
   template <class U> void construct(U* place) { ::new (static_cast<void*>(place)) U; }
@@ -26,7 +26,7 @@ template <class T> struct DefaultInitAllocator : std::allocator<T> {
 };
 using Doubles = std::vector<double, DefaultInitAllocator<double>>;
 
-/// The points of a shot: the pixels' centres, then the rays of those pixels that lie on an edge.
+/// Points of an evaluation: the pixel centres, then the rays of pixels on an edge.
 struct Points {
   Doubles pixel, ray, position, normal, return_path, sensor_path, reflectivity;
   std::vector<const Surface*, DefaultInitAllocator<const Surface*>> surface;
@@ -52,8 +52,8 @@ struct Points {
     put(normal, hit.normal);
     return_path[i] = there ? hit.return_path : 0;
     sensor_path[i] = focal_length / along.z;
-    // Black is never quite black: a gloss, which does not depend on the reflectivity, is made from what a surface
-    // gives.
+    // Black keeps a small reflectivity, because the specular part, which does not depend on it, is computed relative
+    // to the diffuse light.
     reflectivity[i] = there ? std::max(hit.reflectivity, 1e-9) : 0;
     surface[i] = hit.surface;
   }
@@ -69,7 +69,7 @@ struct SourceArrays {
   std::vector<Complex> phasor;
 };
 
-/// The pixels whose neighbours see something else, so that the pixel itself may see both.
+/// Pixels whose neighbours see another surface, so that the pixel itself may see both.
 std::vector<std::size_t> edge_pixels(const std::vector<Hit>& hits, std::size_t rows, std::size_t columns);
 
 }  // namespace tofgraph::simulation

@@ -21,7 +21,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// The images of one frame, in the order of the capture's channels.
+/// Images of one frame, in the order of the capture's channels.
 class Images {
  public:
   Images(const Simulation& simulation, const ConditionFrames& condition, bool truth)
@@ -107,14 +107,14 @@ class Images {
   std::vector<std::vector<std::byte>> buffers_;
 };
 
-/// Returns whether a campaign's own keys suffice: a static board without a surface of its own.
+/// Returns true if the keys of a campaign are sufficient: a static board without a surface of its own.
 bool is_plain_board(const SceneCondition& condition) {
   const Object& object = condition.objects->all.front();
   return condition.objects->all.size() == 1 && object.type == "board" && !object.surface.given &&
          physics::norm(object.velocity) == 0;
 }
 
-/// SHA-256 of a condition's scene, with the model and the seed: captures with the same one are of the same content.
+/// SHA-256 of a condition's scene, with the model and the seed: captures with the same hash have the same content.
 std::string condition_hash(const Simulation& simulation, std::size_t condition, bool truth) {
   return io::sha256_of(
       fmt::format("{}\n{}\nseed {} frames {} truth {}\n", scene_text(document_of(simulation.scene(), condition)),
@@ -157,7 +157,7 @@ void record(const Simulation& simulation, std::size_t index, const std::filesyst
 
 namespace {
 
-/// True if the capture is there and was made of this very condition.
+/// True if the capture exists and was made of this condition.
 /// @throws std::runtime_error for a capture of something else
 bool is_recorded(const Simulation& simulation, std::size_t index, const std::filesystem::path& capture,
                  const RecordingOptions& options) {
@@ -167,7 +167,7 @@ bool is_recorded(const Simulation& simulation, std::size_t index, const std::fil
   throw std::runtime_error(capture.string() + " is there and was made of another scene, model or seed: remove it");
 }
 
-/// Conditions that were recorded before, by shards. @throws std::runtime_error for a capture of something else
+/// Conditions that are already recorded, for shards. @throws std::runtime_error for a capture of something else
 std::vector<char> recorded_before(const Simulation& simulation, const std::vector<io::Condition>& conditions,
                                   const RecordingOptions& options) {
   std::vector<char> recorded(conditions.size(), 0);
@@ -177,7 +177,7 @@ std::vector<char> recorded_before(const Simulation& simulation, const std::vecto
   return recorded;
 }
 
-/// Records the conditions of a shard. What is whole stays; a recording that was interrupted begins again.
+/// Records the conditions of a shard. Complete captures are kept; interrupted recordings are restarted.
 void record_shard(const Simulation& simulation, const std::vector<io::Condition>& conditions,
                   const std::vector<char>& recorded, const RecordingOptions& options) {
   tbb::parallel_for(std::size_t{0}, conditions.size(), [&](std::size_t i) {
@@ -195,7 +195,7 @@ void record_shard(const Simulation& simulation, const std::vector<io::Condition>
 void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
                      const RecordingOptions& options) {
   std::filesystem::create_directories(folder / "captures");
-  if (options.overwrite) std::filesystem::remove(folder / "campaign.yaml");  // while the captures change there is none
+  if (options.overwrite) std::filesystem::remove(folder / "campaign.yaml");  // none while the captures change
   io::Campaign campaign;
   campaign.name = simulation.scene().name;
   campaign.camera = simulation.scene().camera;
@@ -211,7 +211,7 @@ void record_campaign(const Simulation& simulation, const std::filesystem::path& 
     io::write_file(condition.scene, scene_text(document_of(simulation.scene(), i)));
   }
   record_shard(simulation, campaign.conditions, recorded, options);
-  // Each shard looks after its last capture has its name, so that the one that ends last sees all.
+  // Each shard checks this after its last capture is complete, so that the last shard sees all captures.
   if (!std::ranges::all_of(campaign.conditions, [](const io::Condition& c) { return exists(c.capture); })) return;
   io::write_campaign(campaign, folder / "campaign.yaml");
 }

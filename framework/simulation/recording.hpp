@@ -12,10 +12,10 @@
 namespace tofgraph::simulation {
 
 struct RecordingOptions {
-  bool truth = false;  ///< adds depth, points (`applied`: truth) and reflectivity, without error
+  bool truth = false;  ///< adds noise-free depth, points (`applied`: truth) and reflectivity
   bool overwrite = false;
   int compression = 0;
-  config::Shard shard;  ///< of the conditions; a part keeps captures that are there and were made of the same scene
+  config::Shard shard;               ///< part of the conditions; existing captures of the same scene are kept
   std::function<void()> frame_done;  ///< from any thread; may be empty
 };
 
@@ -23,8 +23,8 @@ struct RecordingOptions {
 void record(const Simulation& simulation, std::size_t condition, const std::filesystem::path& capture,
             const RecordingOptions& options);
 
-/// Records every condition, several at a time, into a folder: captures/, campaign.yaml, which comes last, and for
-/// conditions that are not a single board their scenes. Of several shards the one that ends last writes campaign.yaml.
+/// Records all conditions, several at a time, into a folder: captures/, the scenes of conditions that are not a single
+/// board, and finally campaign.yaml. With several shards, the last one to finish writes campaign.yaml.
 /// @throws std::exception
 void record_campaign(const Simulation& simulation, const std::filesystem::path& folder,
                      const RecordingOptions& options);

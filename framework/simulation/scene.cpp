@@ -11,7 +11,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// Reads a file unless it was read before; a file that was wrong is told once.
+/// Reads a file unless it was read before; errors of a file are reported once.
 template <class Content, class Load>
 void load_once(const std::filesystem::path& file, const config::Position& at,
                std::map<std::filesystem::path, std::shared_ptr<const Content>>& known, config::Diagnostics& diagnostics,
@@ -43,7 +43,7 @@ void load(const Object& object, Assets& assets, config::Diagnostics& diagnostics
               [&] { return std::make_shared<const Image>(Image::load(card->image)); });
 }
 
-/// The board of a campaign's condition.
+/// Board of a campaign's condition.
 Objects board_of(const Condition& condition) {
   if (!condition.has_board()) {
     throw std::runtime_error(fmt::format("the condition '{}' has neither a board nor a scene", condition.id));
@@ -59,7 +59,7 @@ Objects board_of(const Condition& condition) {
   return {{object}};
 }
 
-/// The object at change.time, after what geometry effects do to it.
+/// Object at change.time, after the changes by geometry effects.
 Object moved(Object object, const BoardChange& change) {
   const Vector3 way = change.time * object.velocity;
   std::visit(

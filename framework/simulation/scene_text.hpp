@@ -8,7 +8,7 @@
 
 namespace tofgraph::simulation {
 
-/// A scene's document as YAML; the files that it names become absolute paths.
+/// Scene document as YAML; the paths of referenced files become absolute.
 std::string scene_text(const config::Value& document);
 
 }  // namespace tofgraph::simulation

@@ -8,7 +8,7 @@
 namespace tofgraph::simulation {
 namespace {
 
-/// A part of a plane: anchor + a x + b y with a and b within bounds, m.
+/// Part of a plane: anchor + a x + b y with a and b within bounds, m.
 struct Patch {
   Vector3 anchor;
   Rotation axes;  ///< x and y span the patch, z is its normal
@@ -25,7 +25,7 @@ struct Uniform {
   double operator()(double, double) const { return reflectivity; }
 };
 
-/// The squares of a chessboard; a, b from its centre.
+/// Squares of a chessboard; a, b from its centre.
 struct Checks {
   explicit Checks(const Chessboard& board, double reflectivity)
       : columns(static_cast<double>(board.columns + 1)),
@@ -89,7 +89,7 @@ class BoxShape final : public Shape {
     for (std::size_t k = 0; k < 3; ++k) half_[k] = box.size[k] / 2;
   }
 
-  /// The slab method: the ray is inside where it is between all three pairs of faces; it enters through the last.
+  /// Slab method: the ray is inside where it is between all three pairs of faces; it enters through the last.
   void trace(Vector3 lens, std::span<const Vector3> rays, std::span<Hit> hits) const override {
     const Vector3 from = axes_.inverse(lens - centre_);
     const double start[] = {from.x, from.y, from.z};
@@ -102,7 +102,7 @@ class BoxShape final : public Shape {
       for (std::size_t k = 0; k < 3 && enter < leave; ++k) {
         const double near = (-std::copysign(half_[k], direction[k]) - start[k]) / direction[k];
         const double far = (std::copysign(half_[k], direction[k]) - start[k]) / direction[k];
-        // A ray along the faces: NaN or infinities, which compare as they must but for a start outside.
+        // A ray parallel to the faces gives NaN or infinities, which compare correctly unless it starts outside.
         if (direction[k] == 0 && std::abs(start[k]) > half_[k]) leave = 0;
         if (near > enter) {
           enter = near;
@@ -131,7 +131,7 @@ class SphereShape final : public Shape {
   void trace(Vector3 lens, std::span<const Vector3> rays, std::span<Hit> hits) const override {
     const Vector3 to_centre = centre_ - lens;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      // From the point of the ray nearest to the centre, so that no large squares are subtracted.
+      // From the point of the ray nearest to the centre, which avoids cancellation of large squares.
       const double along = dot(rays[i], to_centre);
       const Vector3 aside = along * rays[i] - to_centre;
       const double return_path = along - std::sqrt(radius_ * radius_ - dot(aside, aside));
@@ -181,7 +181,7 @@ void add(const Corner& corner, const Object&, std::uint32_t index, const Rotatio
   const Pose own = corner.placement.pose();
   const Vector3 anchor = frame * own.position;
   const Rotation axes = frame * own.rotation;
-  // From the edge the walls run to the left and right and towards the camera, upwards is -y.
+  // From the edge the walls extend to the left and right and towards the camera; up is -y.
   const double diagonal = std::sqrt(0.5), size = corner.size;
   const Vector3 left = axes * Vector3{-diagonal, 0, -diagonal}, right = axes * Vector3{diagonal, 0, -diagonal};
   const bool floor = corner.planes == 3;
@@ -191,7 +191,7 @@ void add(const Corner& corner, const Object&, std::uint32_t index, const Rotatio
   if (floor) shapes.push_back(flat(index, {anchor, {left, right, axes.y}, 0, size, 0, size}, Uniform{corner.faces[2]}));
 }
 
-/// Meshes are made where their triangles are known.
+/// Shapes of meshes are created where their triangles are known.
 void add(const MeshObject&, const Object&, std::uint32_t, const Rotation&, const std::shared_ptr<const Image>&,
          Shapes&) {}
 

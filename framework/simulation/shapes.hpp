@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Shapes that rays from the lens intersect.
+/// @file Shapes that are intersected with rays from the lens.
 #pragma once
 
 #include "simulation/files/objects.hpp"
@@ -13,7 +13,7 @@
 
 namespace tofgraph::simulation {
 
-/// A surface, seen from both sides. Immutable.
+/// Surface that is visible from both sides. Immutable.
 class Shape {
  public:
   explicit Shape(std::uint32_t object) : object_(object) {}
@@ -21,7 +21,7 @@ class Shape {
   Shape(const Shape&) = delete;
   Shape& operator=(const Shape&) = delete;
 
-  /// Gives the hits of rays that meet this surface nearer than they did so far: reflected, normal (of either side),
+  /// Updates the hits of rays that meet this surface at a shorter distance: return path, normal (of either side),
   /// reflectivity, object.
   /// @param rays unit vectors, as many as hits
   virtual void trace(Vector3 lens, std::span<const Vector3> rays, std::span<Hit> hits) const = 0;
@@ -35,8 +35,8 @@ class Shape {
 
 using Shapes = std::vector<std::unique_ptr<const Shape>>;
 
-/// Adds the surfaces of an object; a mesh has none here.
-/// @param frame from the frame in which the object is described to the sensor frame: not the same for a rolled camera
+/// Adds the surfaces of an object; for a mesh none.
+/// @param frame rotation from the frame of the description to the sensor frame: differs for a rolled camera
 /// @param image of a card, or null
 void add_shapes(const Object& object, std::uint32_t index, const Rotation& frame,
                 const std::shared_ptr<const Image>& image, Shapes& shapes);

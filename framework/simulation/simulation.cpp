@@ -68,7 +68,7 @@ std::unique_ptr<Simulation> Simulation::read(const std::filesystem::path& file, 
   if (changes.frames) scene.frames = *changes.frames;
   if (!changes.output.empty()) scene.output = changes.output;
   const config::Value& document = scene.document;
-  config::Diagnostics of_model;  // of its own, so that a mistake in the scene hides none in the model
+  config::Diagnostics of_model;  // separate, so that errors in the scene do not hide those in the model
   Model model = changes.model.empty() ? model_of_scene(scene.model, registry, of_model)
                                       : load_model(changes.model, registry, of_model);
   std::vector<EffectPtr> effects;

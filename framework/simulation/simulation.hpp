@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A scene with a model: its conditions, and the frames of each.
+/// @file Simulation of a scene with a model: its conditions, and the frames of each.
 #pragma once
 
 #include "simulation/files/model.hpp"
@@ -16,8 +16,8 @@ struct SimulationChanges {
   std::filesystem::path model;
   std::optional<std::uint64_t> seed;
   std::optional<std::int64_t> frames;
-  std::shared_ptr<graph::Host> host = nullptr;  ///< whom effects' remarks go to; default: standard error
-  std::optional<double> integration_time = {};  ///< s, of every condition
+  std::shared_ptr<graph::Host> host = nullptr;  ///< receiver of effects' messages; default: standard error
+  std::optional<double> integration_time = {};  ///< s, for every condition
   std::vector<std::string> output = {};         ///< any of phases, taps, distance
 };
 
@@ -31,7 +31,7 @@ struct ConditionFrames {
 /// Conditions may be prepared from several threads at the same time.
 class Simulation {
  public:
-  /// Reads a scene, its model and its assets. Mistakes go to the diagnostics; null when there are any.
+  /// Reads a scene, its model and its assets. Errors are reported to the diagnostics; null if there are any.
   static std::unique_ptr<Simulation> read(const std::filesystem::path& scene, const graph::PluginRegistry& registry,
                                           const SimulationChanges& changes, config::Diagnostics& diagnostics);
 
@@ -45,10 +45,10 @@ class Simulation {
   const std::vector<SceneCondition>& conditions() const { return conditions_; }
   bool has_output(std::string_view name) const;
 
-  /// @throws std::exception what the scene or an effect cannot do in this condition
+  /// @throws std::exception if the scene or an effect does not support this condition
   std::unique_ptr<const ConditionFrames> prepare(std::size_t condition) const;
 
-  /// Metadata of a frame: time stamps from the frame rate, from 0 in each condition.
+  /// Metadata of a frame: time stamps from the frame rate, starting at 0 in each condition.
   tofgraph_metadata metadata(const Condition& condition, std::uint64_t frame) const;
 
  private:
@@ -62,10 +62,10 @@ class Simulation {
   std::vector<SceneCondition> conditions_;
 };
 
-/// A condition of a scene or campaign as the forward model takes it.
+/// Condition of a scene or campaign as input of the forward model.
 Acquisition acquisition_of(const tofgraph_camera& camera, const Condition& condition);
 
-/// Depth without error: z of each pixel's point, m; NaN where nothing is.
+/// Error-free depth: z of each pixel's point, m; NaN where there is no surface.
 std::vector<float> true_depth(const std::vector<Hit>& hits);
 
 }  // namespace tofgraph::simulation

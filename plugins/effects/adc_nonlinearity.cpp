@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The converter of the taps is not linear.
+// Nonlinearity of the taps' AD converter.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light that is not modulated fills the taps.
+// Unmodulated light that fills the taps.
 #include <tofgraph/effect.hpp>
 
 #include <algorithm>
 
 namespace tofgraph {
 
-/// A, B += rate t_int / 2 where `ambient` is not dark and the lens is open; above `suppression` the common part of a
-/// pixel's taps is taken out of both.
+/// A, B += rate t_int / 2 if `ambient` is not dark and the lens is open; above `suppression` the common part of a
+/// pixel's taps is subtracted from both.
 struct AmbientLight final : Effect {
   static constexpr EffectInfo info{
       .touches = "intensity variance null1",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase depends on the amount of light, whatever it comes from.
+// The phase depends on the amount of light, whatever its cause.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Psi += a1 ln(a/a0) + a2 a0/a, a the amplitude of all light. Where there is none, nothing.
+/// Psi += a1 ln(a/a0) + a2 a0/a, with the amplitude a of all light; no change where a is 0.
 struct AmplitudeWalk final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

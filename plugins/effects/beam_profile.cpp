@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The sources shine less to the side.
+// The sources emit less light off their axes.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The board is not as perpendicular as it is said to be.
+// The board is less perpendicular than stated.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Turns boards, however they are tilted, by R_y(y) R_x(x).
+/// Rotates boards, whatever their own tilt, by R_y(y) R_x(x).
 struct BoardTilt final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",

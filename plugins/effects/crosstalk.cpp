@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light or current that gets into the pixels inside the camera, the same for all of them or spread over them.
+// Light or current that reaches the pixels inside the camera, equal for all of them or random.
 #include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {
 
-/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int counts in the
+/// P += X t_int, X = real + j imaginary + spread (z1 + j z2), z drawn for each pixel; |X| t_int is added to the
 /// intensity.
 struct Crosstalk final : Effect {
   static constexpr EffectInfo info{

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The second harmonic of light and demodulation: four samples see it in N2 alone.
+// Second harmonic of light and demodulation: four samples show it only in N2.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// c_k += a m2 cos(2 (Psi + theta_k)). Of four steps of 90 degrees N2 = a m2 cos 2 Psi and no error of the distance, of
-/// three steps of 120 degrees -m2 sin(3 Psi) in the phase.
+/// c_k += a m2 cos(2 (Psi + theta_k)). With four steps of 90 degrees N2 = a m2 cos 2 Psi without a distance error; with
+/// three steps of 120 degrees the phase error is -m2 sin(3 Psi).
 struct EvenHarmonic final : Effect {
   static constexpr EffectInfo info{.touches = "null2", .confused_with = "phase_gain", .experiment = "the raw samples"};
   Param<double> ratio{

@@ -7,10 +7,10 @@
 namespace tofgraph {
 
 /// The correlation of windows of length T falls with the lag as a triangle, equations (5.53) to (5.57), with a ripple
-/// of at most 1 / (w T). Sample k is taken at the lag 2 D / c + theta_k / w. Sources whose windows are shifted against
-/// each other (5.2) interfere during the time they are both on, T less the shift. The light that is collected stays, so
-/// that the noise does, and the signal-to-noise ratio (5.43) falls with the correlation. Both parameters are settings
-/// of a camera's driver; a search for missing effects does not vary them.
+/// of at most 1 / (w T). Sample k is taken at the lag 2 D / c + theta_k / w. Sources whose windows are shifted relative
+/// to each other (5.2) interfere while both are on, T minus the shift. The collected light and therefore the noise stay
+/// the same, so the signal-to-noise ratio (5.43) falls with the correlation. Both parameters are settings of a camera's
+/// driver; a search for missing effects does not vary them.
 struct FiniteIntegration final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude null1 null2",
                                    .confused_with = "phase_gain",

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every pixel has an offset of its own.
+// Individual distance offset of each pixel.
 #include "plugins/pixel_pattern.hpp"
 
 namespace tofgraph {
 
-/// D += scale (map + spread z + slope_map (D - 2 m)), D not wrapped, z drawn for each pixel. Between pixels the maps
-/// are interpolated.
+/// D += scale (map + spread z + slope_map (D - 2 m)), D unwrapped, z drawn for each pixel. Maps are interpolated
+/// between pixels.
 struct FixedPattern final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

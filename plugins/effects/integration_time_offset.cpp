@@ -10,9 +10,9 @@
 
 namespace tofgraph {
 
-/// D += slope ((t_int / reference_time)^exponent - 1) / exponent + linear (t_int - reference_time), with exponent 0 the
-/// logarithm; or what a table says: linear in ln t_int between its lines, constant outside. The published tables of a
-/// CamCube 2.0 want about 3 mm more for each ms.
+/// D += slope ((t_int / reference_time)^exponent - 1) / exponent + linear (t_int - reference_time), the logarithm for
+/// exponent 0; or from a table: linear in ln t_int between its rows, constant outside. The published tables of a
+/// CamCube 2.0 correspond to about 3 mm more for each ms.
 struct IntegrationTimeOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens bends rays otherwise than the profile says.
+// The distortion of the lens differs from the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// k1 k2 p1 p2 k3 of OpenCV's model, added to the profile's.
+/// Adds k1 k2 p1 p2 k3 of OpenCV's model to the profile's.
 struct LensDistortion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "stray_light fixed_pattern",

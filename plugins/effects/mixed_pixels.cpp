@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The image is a little blurred: at the edges of things a pixel sees both.
+// The image is slightly blurred: at edges a pixel receives light from both sides.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/plane_blur.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace tofgraph {
 
-/// P = G * P, G a Gaussian of this standard deviation; at the image's border over what is there.
+/// P = G * P with a Gaussian G of this standard deviation; at the image's border normalised over the pixels inside.
 struct MixedPixels final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity variance",
                                    .confused_with = "stray_light",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The crystal is off: the distance is computed with the nominal frequency.
+// Frequency error of the oscillator: the distance is computed with the nominal frequency.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Psi *= 1 + error, the phase not wrapped.
+/// Psi *= 1 + error, with the unwrapped phase.
 struct ModulationFrequency final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

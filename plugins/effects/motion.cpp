@@ -5,8 +5,8 @@
 
 namespace tofgraph {
 
-/// Image k sees it k displacements farther away, phase and light alike. Where a velocity is stated the displacement is
-/// that at 100 mm/s, in proportion to it.
+/// Image k sees the scene k displacements farther away, in phase and light. If a velocity is stated, the displacement
+/// is that at 100 mm/s and scales with the velocity.
 struct Motion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude null1 null2 variance",
                                    .confused_with = "phase_step_error",

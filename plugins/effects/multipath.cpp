@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Part of the light takes a longer way.
+// Part of the light takes a longer path.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// P += strength P e^(j Delta), Delta = 2 pi f extra_path / c; the light grows by 1 + strength.
+/// P += strength P e^(j Delta), Delta = 2 pi f extra_path / c; the light increases by the factor 1 + strength.
 struct Multipath final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "stray_light rail_offset",
@@ -26,7 +26,7 @@ struct Multipath final : Effect {
 
   void apply(PhasorLevel& light) const {
     if (*strength == 0) return;
-    // radians_per_metre() is for half of a path
+    // radians_per_metre() refers to half of a path
     const std::complex<double> factor = 1.0 + std::polar(*strength, *extra_path / 2 * light.radians_per_metre());
     for (std::size_t s = 0; s < light.size(); ++s) {
       if (light[s].from_inside()) continue;

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase images get different amounts of light.
+// The phase images receive different amounts of light.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Image k has 1 + gain_k of the light of image 0: c_k and the intensity of that image.
+/// Image k receives 1 + gain_k times the light of image 0, which scales c_k and the intensity of that image.
 struct PhaseGain final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity null1 null2",
                                    .confused_with = "phase_step_error ambient_light",

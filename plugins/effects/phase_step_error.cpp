@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phase steps are not quite what they should be.
+// The phase steps deviate from their nominal values.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Image k is taken at its step + step_k; image 0 is the reference. One step of four that is off by 10 mrad: 2.98 mm of
-/// offset and of a 2-cycle.
+/// Image k is taken at its step + step_k; image 0 is the reference. An error of 10 mrad in one of four steps causes an
+/// offset of 2.98 mm and a 2-cycle error of the same amplitude.
 struct PhaseStepError final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude null1 null2",
                                    .confused_with = "motion phase_gain fixed_pattern",

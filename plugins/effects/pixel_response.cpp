@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every pixel has a sensitivity and a dark signal of its own.
+// Individual sensitivity and dark signal of each pixel.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// A, B *= 1 + scale map, then += scale (dark_map + dark_rate_map t_int). Between pixels the maps are interpolated.
+/// A, B *= 1 + scale map, then += scale (dark_map + dark_rate_map t_int). Maps are interpolated between pixels.
 struct PixelResponse final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile vignetting",

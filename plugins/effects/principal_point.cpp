@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens is not centred as the profile says.
+// The principal point differs from the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Added to the principal point of the profile.
+/// Adds an offset to the principal point of the profile.
 struct PrincipalPoint final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude",

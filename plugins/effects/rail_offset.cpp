@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The zero of the rail is off.
+// Zero offset of the rail.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Z -> Z + offset of boards; where the distance was read from another instrument, nothing.
+/// Z -> Z + offset for boards, unless the distance was measured with another instrument.
 struct RailOffset final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "fixed_pattern source_position warm_up",

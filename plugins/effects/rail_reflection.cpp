@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The rail or table below the axis mirrors light of the sources onto the board.
+// The rail or table below the axis reflects light of the sources onto the board.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/geometry.hpp>
 
 namespace tofgraph {
 
-/// Each source has an image at y' = 2 h - y (y points down, of the camera without roll): P += strength a_s e^(j w/c (|P
-/// - S'| + D_ref + D_sen)), and its light counts; nothing where the rail is covered.
+/// Each source has a mirror image at y' = 2 h - y (y points down, camera without roll), whose light is added, also to
+/// the intensity: P += strength a_s e^(j w/c (|P - S'| + D_ref + D_sen)); no effect if the rail is covered.
 struct RailReflection final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude intensity",
                                    .confused_with = "board_tilt rail_offset warm_up",
@@ -29,7 +29,7 @@ struct RailReflection final : Effect {
   void apply(PhasorLevel& light) const {
     if (*strength == 0 || (light.condition().flags & TOFGRAPH_CONDITION_RAIL_COVERED) != 0) return;
     const double radians_per_path = light.radians_per_metre() / 2;
-    // The rail stays below the board when the camera rolls: its normal in the camera's frame.
+    // The rail stays below the board if the camera rolls; this is its normal in the camera's frame.
     const double down[] = {std::sin(light.condition().roll), std::cos(light.condition().roll)};
     for (std::size_t s = 0; s < light.size(); ++s) {
       const SourceLight source = light[s];
@@ -41,7 +41,7 @@ struct RailReflection final : Effect {
         if (source.strength[i] == 0) continue;
         const double* at = light.state.position + 3 * i;
         const double mirrored = physics::norm({at[0] - image[0], at[1] - image[1], at[2] - image[2]});
-        // what the direct light has, turned by the difference of the paths
+        // the direct light, rotated by the phase of the path difference
         source.phasor[i] *= 1.0 + std::polar(*strength, radians_per_path * (mirrored - source.source.path[i]));
         source.strength[i] *= 1 + *strength;
       }

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The scale of the rail is off.
+// Scale error of the rail.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// Z -> (1 + scale) Z of boards; where the distance was read from another instrument, nothing.
+/// Z -> (1 + scale) Z for boards, unless the distance was measured with another instrument.
 struct RailScale final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "modulation_frequency",

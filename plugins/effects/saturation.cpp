@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A tap holds no more than its full well.
+// Clipping of the taps at their full well.
 #include <tofgraph/effect.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The LED arrays are not modulated in phase.
+// Phase difference between the LED arrays.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

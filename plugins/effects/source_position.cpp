@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The sources are not where the profile says.
+// The positions of the sources differ from the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Gloss: a spot in the direction of the mirror, one for each source.
+// Specular reflection: a highlight for each source in the direction of mirror reflection.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/geometry.hpp>
 
 namespace tofgraph {
 
-/// Each source += strength (n.h)^m of the light that a white surface would send back, h half way between source and
-/// camera; it does not depend on the reflectivity.
+/// Each source += strength (n.h)^m times the light returned by a white surface, with h halfway between source and
+/// camera; independent of the reflectivity.
 struct Specular final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Light from something that is fixed to the camera: a window, the floor of the rig.
+// Light reflected by an object fixed to the camera: a window, the floor of the rig.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// P += strength t_int e^(j distance / K), the same for all pixels; strength t_int counts in the intensity. Not there
+/// P += strength t_int e^(j distance / K), the same for all pixels; strength t_int is added to the intensity. Absent
 /// with a capped lens.
 struct StaticReflection final : Effect {
   static constexpr EffectInfo info{

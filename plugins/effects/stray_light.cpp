@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens scatters light from everywhere to everywhere.
+// Stray light: the lens scatters light over the whole image.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/plane_blur.hpp>
 
@@ -9,7 +9,7 @@
 namespace tofgraph {
 
 /// P += fraction [(1 - uniform) G * P + uniform mean(P)], G a Gaussian of this standard deviation with sum 1; dark
-/// outside the image. The light that counts likewise. On a coarse grid the Gaussian is taken at its points.
+/// outside the image. The intensity likewise. On a coarse grid the Gaussian is sampled at its points.
 struct StrayLight final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// How surfaces send light back by its angle of incidence: Lambert, or Oren-Nayar when rough.
+// Reflectance as a function of the angle of incidence: Lambert, or Oren-Nayar for rough surfaces.
 #include <tofgraph/effect.hpp>
 #include <tofgraph/physics/reflectance.hpp>
 
@@ -8,7 +8,7 @@
 
 namespace tofgraph {
 
-/// Each source *= (1 - l) + l cos(theta_i) f_on; with light: physical, where the cosine is there already, f_on alone.
+/// Each source *= (1 - l) + l cos(theta_i) f_on; f_on alone with light: physical, which includes the cosine already.
 struct SurfaceReflectance final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "beam_profile vignetting",

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// gA = 1 + ratio/2, gB = 1 - ratio/2: N1 = ratio I, no error of the distance as long as it is the same in all images.
+/// gA = 1 + ratio/2, gB = 1 - ratio/2: N1 = ratio I, without a distance error while it is the same in all images.
 struct TapMismatch final : Effect {
   static constexpr EffectInfo info{.touches = "null1",
                                    .confused_with = "pixel_response",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The noise is greater than the profile says.
+// The noise is larger than in the profile.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// The standard deviation of a tap *= factor.
+/// Multiplies the standard deviation of a tap by a factor.
 struct TemporalNoise final : Effect {
   static constexpr EffectInfo info{.touches = "variance",
                                    .confused_with = "motion",

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens passes less light to the corners.
+// The lens transmits less light to the corners.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// All light that comes through the lens *= cos^n(theta_cam), on top of the light of the model.
+/// All light through the lens *= cos^n(theta_cam), in addition to the light model.
 struct Vignetting final : Effect {
   static constexpr EffectInfo info{
       .touches = "amplitude intensity",

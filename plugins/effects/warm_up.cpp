@@ -6,7 +6,7 @@
 namespace tofgraph {
 
 /// D += (drift (1 - e^(-t/tau)) + slow_drift (1 - e^(-t/slow_tau))) (t_int / reference_time)^exponent,
-/// light *= 1 - droop (1 - e^(-t/tau)), t since power-on; where t is not known, the camera is warm.
+/// light *= 1 - droop (1 - e^(-t/tau)), t since power-on; if t is unknown, the camera is warm.
 struct WarmUp final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude intensity",

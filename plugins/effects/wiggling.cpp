@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Odd harmonics of light and demodulation, which few samples alias into the phase.
+// Odd harmonics of light and demodulation, which are aliased into the phase because there are only a few samples.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
 /// c_k += a m_h cos(h (Psi + theta_k) + psi_h), h = 3, 5, 7, with m_h = amplitude_h / K, K = c / (4 pi f).
-/// In the phase, of four steps of 90 degrees: -m3 sin(4 Psi + psi3) + m5 sin(4 Psi + psi5), and order 7 with 8 Psi.
+/// Phase error with four steps of 90 degrees: -m3 sin(4 Psi + psi3) + m5 sin(4 Psi + psi5), and order 7 with 8 Psi.
 struct Wiggling final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance amplitude variance",
@@ -55,7 +55,7 @@ struct Wiggling final : Effect {
         const std::complex<double> p = light.phasor(k, i);
         const double square = std::norm(p);
         if (!(square > 0)) continue;
-        const std::complex<double> twice = p * p / square;  // of size 1, at twice the phase
+        const std::complex<double> twice = p * p / square;  // of unit length, at twice the phase
         std::complex<double> harmonic_of_p = p;
         for (int h = 1; h < order; h += 2) harmonic_of_p *= twice;
         light.extra(k, i) += (harmonic_of_p * turned).real();

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// An electronic delay, or another plane from which distances count.
+// An electronic delay, or a different reference plane for distances.
 #include <tofgraph/effect.hpp>
 
 namespace tofgraph {
 
-/// D += offset, before it wraps.
+/// D += offset, before wrapping.
 struct ZeroOffset final : Effect {
   static constexpr EffectInfo info{
       .touches = "distance",

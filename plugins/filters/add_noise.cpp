@@ -10,7 +10,7 @@ namespace tofgraph {
 
 /// Adds white Gaussian noise to a length image, independent for each pixel and frame: section 7.2 of the reference. The
 /// same seed and frame number give the same noise. A pixel whose noisy length is not positive becomes invalid. sigma is
-/// created, or combined with that of the input.
+/// created, or combined with the input's.
 struct AddNoise final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "the first of these that exists", .adds = "noise"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "created, or combined with that of the input"}};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Temporal mean over frames. The loops are plain: Highway compiles them for each instruction set.
+// Temporal mean over frames. Highway compiles the plain loops for each instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/average.cpp"
 #include <hwy/foreach_target.h>
@@ -20,31 +20,31 @@
 #define TOFGRAPH_AVERAGE_ONCE
 namespace tofgraph {
 
-/// Sums of each pixel over the frames in which it is a number. Lengths count from the pixel's first value, so that the
-/// difference of two large sums keeps its digits.
+/// Sums of each pixel over the frames in which it is not NaN. Lengths are relative to the pixel's first value, so that
+/// the difference of two large sums keeps its digits.
 struct PixelSums {
   float* reference;
   double *sum, *squares, *amplitude;
-  std::int32_t *valid, *lit;  // numbers in the sums of lengths and of amplitudes
+  std::int32_t *valid, *lit;  // number of terms in the sums of lengths and of amplitudes
 };
 
 /// Values of a pixel in a frame.
 struct PixelValues {
-  const float *lengths, *amplitudes;  // amplitudes: null where there are none
+  const float *lengths, *amplitudes;  // amplitudes: null if there are none
 
   PixelValues from(std::size_t pixel) const {
     return {lengths + pixel, amplitudes == nullptr ? nullptr : amplitudes + pixel};
   }
 };
 
-/// Pixels that are done together, so that their sums stay in the cache.
+/// Pixels processed together, so that their sums stay in the cache.
 constexpr std::size_t average_block = 2048;
 
 /// Means of each pixel.
 struct PixelMeans {
-  float *values, *deviations, *amplitudes;  // amplitudes: null where there are none
+  float *values, *deviations, *amplitudes;  // amplitudes: null if there are none
   std::uint16_t* flags;
-  bool keep_single;  // deviations hold what came in: right for a single valid value
+  bool keep_single;  // deviations holds the input sigma, which is right for a single valid value
 };
 
 }  // namespace tofgraph
@@ -53,13 +53,13 @@ struct PixelMeans {
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-/// a or b. In loops over images ?: on floats becomes a jump, which keeps them from being vector code.
+/// Returns a or b. The operator ?: on floats compiles to a branch in image loops, which prevents vectorisation.
 float Choose(bool first, float a, float b) {
   const std::uint32_t mask = first ? ~0U : 0U;
   return std::bit_cast<float>((std::bit_cast<std::uint32_t>(a) & mask) | (std::bit_cast<std::uint32_t>(b) & ~mask));
 }
 
-/// A frame's pixels come into the sums of a block, those of another leave them.
+/// Adds a frame's pixels to the sums of a block and subtracts those of another.
 void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
   float* __restrict reference = sums.reference;
   double* __restrict sum = sums.sum, * __restrict squares = sums.squares, * __restrict amplitude = sums.amplitude;
@@ -86,7 +86,7 @@ void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& o
   }
 }
 
-/// Mean, and sd (n - 1) / sqrt(n) of it, of at most a block.
+/// Mean and its standard deviation sd (n - 1) / sqrt(n), for one block at most.
 void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std::size_t last) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   float* __restrict values = means.values, * __restrict deviations = means.deviations;
@@ -94,11 +94,11 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
   const std::int32_t* __restrict valid = sums.valid;
   const float* __restrict reference = sums.reference;
   const double* __restrict sum = sums.sum, * __restrict squares = sums.squares;
-  float spread[average_block], mean[average_block];  // whole first, chosen from afterwards: no jumps in either loop
+  float spread[average_block], mean[average_block];  // selected afterwards: no branches in either loop
   for (std::size_t i = first; i < last; ++i) {
     const std::int32_t n = valid[i], some = n > 1 ? n : 1, free = n > 2 ? n - 1 : 1;
     const auto count = static_cast<float>(some);
-    // Only the difference needs all digits. Rounding can leave a little less than 0.
+    // Only the difference needs all digits. Rounding can make it slightly negative.
     const auto left = static_cast<float>(some * squares[i] - sum[i] * sum[i]);
     spread[i - first] = std::sqrt((left + std::abs(left)) / 2 / (count * count * static_cast<float>(free)));
     mean[i - first] = reference[i] + static_cast<float>(sum[i]) / count;
@@ -132,10 +132,10 @@ namespace tofgraph {
 HWY_EXPORT(Exchange);
 HWY_EXPORT(Give);
 
-/// Temporal mean, pixel by pixel, over the frames in which the pixel is valid. sigma becomes the standard deviation of
-/// that mean as the frames themselves show it, sd (n-1) / sqrt(n); of a single valid value it stays what came in.
-/// A pixel that is valid in no frame stays invalid. The other flags are those of any of the frames; metadata and all
-/// other channels are those of the last.
+/// Temporal mean of each pixel over the frames in which it is valid. sigma becomes the standard deviation of that mean,
+/// estimated from the frames: sd (n-1) / sqrt(n); for a single valid value the input sigma is kept. A pixel valid in no
+/// frame stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the
+/// last.
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "what is averaged", .adds = "averaged"}};
   InOut<float> amplitude{
@@ -193,7 +193,7 @@ struct Average final : Filter {
   }
 
  private:
-  /// Data kept of each frame of a running mean.
+  /// Data kept for each frame of a running mean.
   struct Taken {
     std::vector<float> values, amplitudes;
     std::vector<std::uint16_t> flags;
@@ -254,7 +254,7 @@ struct Average final : Filter {
     for (std::size_t i = 0; i < values.size(); ++i) joined_[i] = static_cast<std::uint16_t>(joined_[i] | bits[i]);
   }
 
-  /// The newest frame takes the place of the oldest, block by block.
+  /// Replaces the oldest frame by the newest, block by block.
   void run(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits,
            const Array<float>& deviations) {
     const auto place = static_cast<std::size_t>(taken_ % *frames);
@@ -280,8 +280,8 @@ struct Average final : Filter {
     ++taken_;
   }
 
-  /// Sums that values were taken out of keep what was rounded away, and count from a value of long ago: one block after
-  /// the other is summed anew, each after at most as many frames as cost a quarter of a frame's sums.
+  /// Returns whether a block's sums are due for recomputation: subtractions leave rounding errors, and the reference
+  /// value becomes old. The blocks take turns; the interval limits the cost to a quarter of a frame's sums.
   bool is_due(std::size_t index, std::size_t pixels) const {
     const auto blocks = static_cast<std::int64_t>((pixels + block - 1) / block), pause = (*frames + 3) / 4;
     return taken_ % pause == 0 && taken_ / pause % blocks == static_cast<std::int64_t>(index);
@@ -301,9 +301,9 @@ struct Average final : Filter {
   std::vector<float> reference_;
   std::vector<double> sum_, squares_, amplitude_;
   std::vector<std::int32_t> valid_, lit_;
-  std::vector<Taken> window_;          // running only
-  std::vector<std::uint16_t> joined_;  // otherwise
-  std::int64_t taken_ = 0;             // frames so far; of a mean that is not a running one
+  std::vector<Taken> window_;          // only for a running mean
+  std::vector<std::uint16_t> joined_;  // only for other means
+  std::int64_t taken_ = 0;             // frames so far; not for a running mean
   OtherLengths lengths_;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The bilateral filter of a depth image.
+// Bilateral filter of a depth image.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/bilateral.cpp"
 #include <hwy/foreach_target.h>
@@ -22,8 +22,8 @@ namespace tofgraph {
 
 HWY_EXPORT(FilterPixels);
 
-/// Equation (7.3): the weight of a pixel of the window is exp(-d^2 / h^2) exp(-r^2 / rho^2), d its difference from the
-/// pixel in the middle and r its distance from it in pixels. The window is clipped at the image's border.
+/// Equation (7.3): the weight of a pixel in the window is exp(-d^2 / h^2) exp(-r^2 / rho^2), with its difference d from
+/// the central pixel and its distance r from it in pixels. The window is clipped at the image's border.
 struct Bilateral final : WindowFilter {
   Param<std::int64_t> window{
       this, "window", {.default_value = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};

@@ -11,8 +11,8 @@
 
 namespace tofgraph {
 
-/// Takes channels out or gives them other names, before branches meet that have two of one name. The content and what
-/// was done to it stay; no memory is copied. The rays belong to the camera and stay as they are.
+/// Removes or renames channels, e.g. before branches join that have two of the same name. Content and processing
+/// history are kept; no memory is copied. The rays belong to the camera and are unchanged.
 struct Channels final : Filter {
   In<void> every{this, "*", {.text = "the channels to choose from"}};
   Param<std::string> keep{this, "keep", {.text = "which to keep, e.g. [depth, flags]; default: all"}};

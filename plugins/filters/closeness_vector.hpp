@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Closeness of the pixels of a patch to its middle, for files that are compiled once per processor (Highway's
+/// Closeness of a patch's pixels to its centre, for files that are compiled once per processor (Highway's
 /// foreach_target).
 #if defined(TOFGRAPH_FILTERS_CLOSENESS_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_CLOSENESS_VECTOR_HPP
@@ -19,9 +19,9 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-/// The weight of a pair of places in two patches, g exp(-(s^2 + s'^2) / (4 h)^2), is a product of what each patch
-/// gives, sqrt(g) exp(-s^2 / (4 h)^2), which is made once for all the patches that a patch is compared with. 0 where
-/// the pixel is invalid. Kept for the rows of patches that a window reaches down from the present one.
+/// Factorised weights of robust patches. The weight of a pair of positions in two patches, g exp(-(s^2 + s'^2) / (4
+/// h)^2), is the product of one factor per patch, sqrt(g) exp(-s^2 / (4 h)^2), computed once for all comparisons of
+/// that patch. 0 for invalid pixels. Kept for the rows of patches that a window reaches below the present one.
 class Closeness {
  public:
   Closeness(const WindowFrame& f, const Tile& tile)
@@ -35,7 +35,7 @@ class Closeness {
     if (f.patch.robust && memory_.size() < floats) memory_.resize(floats);
   }
 
-  /// All that patches about the pixels of rows r to r + window radius give. @param first no row has been made yet
+  /// Computes the factors of the patches around rows r to r + window radius. @param first no row exists yet
   template <class D> void MakeRows(D d, const WindowFrame& f, std::ptrdiff_t r, bool first) {
     for (std::ptrdiff_t row = first ? r : r + rows_ - 1; row < r + rows_; ++row) {
       for (std::ptrdiff_t y = 0; y < side_; ++y)
@@ -43,11 +43,11 @@ class Closeness {
     }
   }
 
-  /// Values at the place (y, k) of the patches about a row's pixels, indexed by the image's column [x].
+  /// Factors at position (y, k) of the patches around a row's pixels, indexed by the image's column [x].
   const float* Line(std::ptrdiff_t row, std::ptrdiff_t y, std::ptrdiff_t k) const {
     return memory_.data() + At(row, y, k);
   }
-  /// From the line of a place to that of the next, (y, k + 1).
+  /// Offset from the line of one position to that of the next, (y, k + 1).
   std::ptrdiff_t stride() const { return stride_; }
 
  private:

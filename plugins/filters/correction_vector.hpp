@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Looking corrections up in tables, once for each set of instructions. For model_correction.cpp only.
+/// @file Table lookup of corrections, compiled for each instruction set. For model_correction.cpp only.
 #if defined(TOFGRAPH_CORRECTION_VECTOR) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_CORRECTION_VECTOR
 #undef TOFGRAPH_CORRECTION_VECTOR
@@ -15,7 +15,7 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Some pixels' places among the nodes: the first of four, and how far it is to the next along distance and amplitude.
+/// Positions of pixels between the nodes: the first of four nodes, and the fractions along distance and amplitude.
 struct NodePlaces {
   static constexpr std::size_t size = 64;
   HWY_ALIGN std::int32_t node[size];
@@ -36,7 +36,7 @@ template <bool Amplitude> HWY_INLINE void FindPlaces(const CorrectionLookup& in,
       const auto given = hn::LoadU(d, amplitude + j);
       const auto light =
           hn::Min(hn::Max(hn::IfThenElse(hn::Eq(given, given), given, weakest), weakest), hn::Set(d, in.strongest));
-      // The bits of a float count its octaves and, below them, equal parts of one.
+      // The bits of a float number its octaves and, below them, equal parts of one.
       constexpr int part_bits = 23 - std::countr_zero(simulation::nodes_per_octave);
       const auto bits = hn::Sub(hn::BitCast(di, light), hn::BitCast(di, weakest));
       const auto last = hn::Set(di, static_cast<std::int32_t>(in.amplitudes) - 2);
@@ -51,7 +51,7 @@ template <bool Amplitude> HWY_INLINE void FindPlaces(const CorrectionLookup& in,
     beyond = hn::Add(beyond, hn::IfThenElseZero(hn::Lt(beyond, zero), range));
     beyond = hn::Sub(beyond, hn::IfThenElseZero(hn::Ge(beyond, range), range));
     hn::Store(hn::Add(beyond, first), d, places.lifted + j);
-    const auto number = hn::IfThenElseZero(hn::Eq(beyond, beyond), beyond);  // of NaN, anything
+    const auto number = hn::IfThenElseZero(hn::Eq(beyond, beyond), beyond);  // NaN: any value
     const auto along = hn::Min(hn::Max(hn::Mul(number, hn::Set(d, in.per_step)), zero),
                                hn::Set(d, static_cast<float>(in.distances - 1)));
     const auto cell = hn::Min(hn::ConvertTo(di, along), hn::Set(di, static_cast<std::int32_t>(in.distances) - 2));
@@ -61,7 +61,7 @@ template <bool Amplitude> HWY_INLINE void FindPlaces(const CorrectionLookup& in,
   }
 }
 
-/// The sum of a pixel's products, added to its lifted distance, and sigma's factor.
+/// Interpolated correction, added to the pixel's lifted distance, and the factor of sigma.
 template <std::size_t Lanes, bool Amplitude>
 HWY_INLINE void Mix(const CorrectionLookup& in, std::size_t i, std::size_t count, NodePlaces& places) {
   const hn::CappedTag<float, Lanes> d;
@@ -88,7 +88,7 @@ HWY_INLINE void Mix(const CorrectionLookup& in, std::size_t i, std::size_t count
   }
 }
 
-/// Distance, sigma and flags of whole vectors of pixels.
+/// Corrects distance, sigma and flags of whole vectors of pixels.
 template <class D>
 HWY_INLINE void FinishSome(D d, const CorrectionLookup& in, std::size_t i, const NodePlaces& places, std::size_t j) {
   const hn::RebindToSigned<D> di;

@@ -12,8 +12,8 @@
 
 namespace tofgraph {
 
-/// Cuts the images, and the camera with them, to a region of columns and rows; marks pixels outside a range of lengths
-/// or below an amplitude as invalid. Channels that are not images of the frame's size pass as they are.
+/// Crops the images, and the camera with them, to a region of columns and rows; marks pixels outside a range of lengths
+/// or below an amplitude as invalid. Other channels than images of the frame's size are unchanged.
 struct Crop final : Filter {
   InOut<void> every{this, "*", {.text = "images are cut to the region"}};
   InOut<std::uint16_t> flags{this, "flags", {.optional = true, .text = "created if pixels are marked"}};
@@ -53,7 +53,7 @@ struct Crop final : Filter {
                                   .of = "",
                                   .applied = "",
                                   .from = ""};
-      setup.provide(made);  // of the images' size, which need not be the camera's
+      setup.provide(made);  // of the images' size, which may differ from the camera's
       announce(setup, made);
     }
     const tofgraph_camera* camera = setup.stream().camera;
@@ -65,7 +65,7 @@ struct Crop final : Filter {
     for (const Cut& cut : cuts_) {
       const tofgraph_view in = frame.find(cut.made.name);
       if (in.data == nullptr) throw std::runtime_error(std::string("the frame has no '") + cut.made.name + "'");
-      // Where the frame is the only holder, in and out are the same memory: copying row by row forward is safe.
+      // If the frame is the only owner, input and output share memory: copying row by row in ascending order is safe.
       const tofgraph_view out = frame.write(cut.made);
       copy(in, out, cut.axis);
     }
@@ -75,7 +75,7 @@ struct Crop final : Filter {
   struct Bounds {
     std::size_t first, count;
   };
-  /// An image channel: where its rows are among its extents, and what leaves.
+  /// Image channel: index of the extent for its rows, and the output channel.
   struct Cut {
     std::uint32_t axis;
     tofgraph_channel made;
@@ -87,7 +87,7 @@ struct Crop final : Filter {
   void find_size(const Setup& setup) {
     for (const tofgraph_channel& c : setup.channels()) {
       const ChannelInfo* known = known_channel(c.name);
-      if (known == nullptr || c.rank < 2 || std::string_view(c.name) == "rays") continue;  // those are of the sensor
+      if (known == nullptr || c.rank < 2 || std::string_view(c.name) == "rays") continue;  // rays: the sensor's size
       const std::size_t row =
           std::string_view(known->shape) == "H W 3" || std::string_view(known->shape) == "H W" ? 0 : c.rank - 2;
       height_ = c.extent[row];
@@ -119,7 +119,7 @@ struct Crop final : Filter {
                                                                               : std::string(*channel)));
   }
 
-  /// Says what an image becomes; anything else stays.
+  /// Announces the cropped image; other channels are unchanged.
   void announce(const Setup& setup, const tofgraph_channel& c) {
     std::uint32_t axis = 0;
     while (axis + 1 < c.rank && (c.extent[axis] != height_ || c.extent[axis + 1] != width_)) ++axis;
@@ -170,14 +170,14 @@ struct Crop final : Filter {
   void mark(Frame& frame) const {
     const tofgraph_view light = minimum_amplitude.given() ? frame.find("amplitude") : tofgraph_view{};
     const tofgraph_view length = length_.empty() ? tofgraph_view{} : frame.find(length_.c_str());
-    const tofgraph_view& image = length.data != nullptr ? length : light;  // clouds change their size with the frame
+    const tofgraph_view& image = length.data != nullptr ? length : light;  // the size of a cloud varies
     const Array<std::uint16_t> bits = flags(frame, image.extent[0], image.extent[1]);
     if (bits.size() == 0) return;
     const auto* amplitude = static_cast<const float*>(light.data);
     const auto* lengths = static_cast<const float*>(length.data);
     const float low = minimum.given() ? static_cast<float>(*minimum) : -most,
                 high = maximum.given() ? static_cast<float>(*maximum) : most;
-    thread_local std::vector<float> marked;  // NaN where a pixel is out, else 0: loops without branches
+    thread_local std::vector<float> marked;  // NaN where a pixel is out of range, else 0: keeps the loops branch-free
     marked.resize(bits.size());
     if (lengths != nullptr) {
       for (std::size_t i = 0; i < bits.size(); ++i) marked[i] = (lengths[i] < low) | (lengths[i] > high) ? nan : 0.0F;

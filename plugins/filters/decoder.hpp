@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Common part of four_phase_decoder and phase_decoder: ports, noise, and the check of the order of the
-/// exposures.
+/// @file Common part of four_phase_decoder and phase_decoder: ports, noise, and the check of the exposures'
+/// order.
 #pragma once
 
 #include <tofgraph/lengths.hpp>
@@ -21,15 +21,15 @@ namespace tofgraph {
 
 /// Constants of all pixels, in counts.
 struct DecoderCounts {
-  float full_well;                  ///< infinity: not known
-  float min_amplitude;              ///< less is of low signal
+  float full_well;                  ///< infinity: unknown
+  float min_amplitude;              ///< below: low signal
   float read_variance, shot_noise;  ///< per tap: variance = read_variance + shot_noise intensity
-  float intensity_per_amplitude;    ///< for phases, which do not show the light: 1 / (2 contrast)
+  float intensity_per_amplitude;    ///< for phases, which lack the intensity: 1 / (2 contrast)
   bool noise_known;
   std::int32_t invalid_flags;  ///< bits that make a pixel invalid
 };
 
-/// Channels of a frame; null: not wanted.
+/// Channels of a frame; null: not requested.
 struct DecoderImages {
   const void* samples;  ///< P phases, or P x 2 taps
   std::uint32_t type;   ///< type of the samples
@@ -41,8 +41,8 @@ struct DecoderImages {
   std::uint16_t* flags;  ///< read and combined
 };
 
-/// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts, a sample c_k is the difference of two
-/// taps. Taps show their counts; phases do not, there the light is amplitude / (2 contrast) a tap, which misses ambient
+/// Noise model: the variance of a tap is read_noise^2 + shot_noise * counts; a sample c_k is the difference of two
+/// taps. Taps contain the counts; for phases they are estimated as amplitude / (2 contrast) per tap, without ambient
 /// light.
 struct Decoder : Filter {
   In<std::uint16_t> taps{
@@ -83,7 +83,7 @@ struct Decoder : Filter {
       {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
 
  protected:
-  /// Checks the samples, announces what leaves.
+  /// Checks the samples and announces the outputs.
   void prepare_samples(const Setup& setup) {
     if (!taps.present() && !phases.present())
       throw std::runtime_error("needs taps or phases, e.g. of a recording with raw samples");
@@ -115,7 +115,7 @@ struct Decoder : Filter {
     if (counts_.noise_known && (counts_.read_variance > 0 || counts_.shot_noise > 0)) sigma.provide(setup);
   }
 
-  /// Modulation frequency, Hz. @throws std::runtime_error when the frame does not know its own
+  /// Modulation frequency, Hz. @throws std::runtime_error if the frame does not state its own
   double frequency_of(const Frame& frame) const {
     const double frequency = modulation_frequency.given()  ? *modulation_frequency
                              : exposures_[0].frequency > 0 ? exposures_[0].frequency
@@ -124,7 +124,7 @@ struct Decoder : Filter {
     return frequency;
   }
 
-  /// Decodes one frame: decode(images) fills the images in.
+  /// Decodes one frame; decode(images) fills in the images.
   template <class Decode> void decode_frame(const Frame& frame, Decode&& decode) const {
     const tofgraph_view samples = samples_of(frame);
     const std::size_t rows = samples.extent[samples.rank - 2], columns = samples.extent[samples.rank - 1];
@@ -147,7 +147,7 @@ struct Decoder : Filter {
   physics::Exposures exposures_;  ///< exposures of the frames
 
  private:
-  /// @throws std::runtime_error when there are not as many as was announced
+  /// @throws std::runtime_error if the number differs from the announced one
   tofgraph_view samples_of(const Frame& frame) const {
     const tofgraph_view samples = frame.find(taps.present() ? taps.channel() : phases.channel());
     if (samples.data == nullptr || samples.extent[0] != exposures_.size())
@@ -156,11 +156,11 @@ struct Decoder : Filter {
     return samples;
   }
 
-  /// Once, at the first frame: a warning where another order of the exposures would explain it better.
+  /// Warns, at the first frame only, if another order of the exposures would explain it better.
   void look_at_order(const Frame& frame, const tofgraph_view& samples) const {
     if (looks_left_.load(std::memory_order_relaxed) <= 0 || looks_left_.fetch_sub(1) <= 0) return;
     const double frequency = frequency_of(frame);
-    if (!io::frequency_doubt(frequency, camera_).empty()) {  // no order of the exposures fits at a wrong frequency
+    if (!io::frequency_doubt(frequency, camera_).empty()) {  // no order fits if the frequency is wrong
       looks_left_ = 0;
       return;
     }
@@ -171,7 +171,7 @@ struct Decoder : Filter {
     some.modulation_frequency = frequency;
     some.light = gain_ > 0 && time > 0 ? gain_ * time : 0;
     const std::vector<double> frequencies = physics::frequencies_of(exposures_, some.modulation_frequency);
-    // Where nothing but max_range limits the distances there is nothing to compare with.
+    // If only max_range limits the distances, there is nothing to compare with.
     if (physics::common_frequency(frequencies) < *std::ranges::max_element(frequencies) / 64) return;
     const auto other = io::other_order(some, exposures_);
     if (!other) return;
@@ -185,7 +185,7 @@ struct Decoder : Filter {
                                         io::exposures_yaml(other->exposures));
   }
 
-  /// Once, at one of the first frames with contrast: a warning where the distance rises with the amplitude.
+  /// Warns, at one of the first frames with contrast, if the distance rises with the amplitude.
   void look_at_walk(const Frame& frame, const DecoderImages& images, std::size_t rows, std::size_t columns) const {
     if (walks_left_.load(std::memory_order_relaxed) <= 0 || walks_left_.fetch_sub(1) <= 0) return;
     const auto walk = physics::walk_of_frame(images.distance, images.amplitude, rows, columns);
@@ -204,7 +204,7 @@ struct Decoder : Filter {
            physics::exposures_text(exposures_) + " are stated";
   }
 
-  /// Pixels all over the image with their right neighbours, where there is light and no saturation.
+  /// Pixels from all over the image with their right neighbours, with light and without saturation.
   io::OrderSamples some_of(const tofgraph_view& view) const {
     const std::size_t rows = view.extent[view.rank - 2], columns = view.extent[view.rank - 1], n = rows * columns;
     const std::size_t images = view.extent[0];
@@ -222,7 +222,7 @@ struct Decoder : Filter {
           for (std::size_t k = 0; k < images; ++k)
             pair[side].push_back(sample(view, k, row * columns + column + side, n));
           const auto [least, greatest] = std::ranges::minmax(pair[side]);
-          swing = std::min(swing, greatest - least);  // NaN, as of saturated taps, fails below
+          swing = std::min(swing, greatest - least);  // NaN, e.g. of saturated taps, fails below
           for (const double c : pair[side]) swing = std::isfinite(c) ? swing : 0;
         }
         const double light = counts_of(view, images, row * columns + column, n);
@@ -237,7 +237,7 @@ struct Decoder : Filter {
     return some;
   }
 
-  /// Mean of the taps; 0 where there are only phases.
+  /// Mean of the taps; 0 for phases.
   static double counts_of(const tofgraph_view& view, std::size_t images, std::size_t pixel, std::size_t n) {
     if (view.type != TOFGRAPH_TYPE_U16) return 0;
     double sum = 0;
@@ -245,7 +245,7 @@ struct Decoder : Filter {
     return sum / static_cast<double>(2 * images);
   }
 
-  /// c_k; NaN where a tap is full.
+  /// Sample c_k; NaN if a tap is saturated.
   double sample(const tofgraph_view& view, std::size_t k, std::size_t pixel, std::size_t n) const {
     switch (view.type) {
       case TOFGRAPH_TYPE_U16: {
@@ -264,13 +264,13 @@ struct Decoder : Filter {
   }
 
   mutable std::atomic_flag looked_;
-  mutable std::atomic<int> looks_left_ = 20;  // frames with too little light do not count
+  mutable std::atomic<int> looks_left_ = 20;  // number of tries; covers frames with too little light
   mutable std::atomic_flag walked_;
-  mutable std::atomic<int> walks_left_ = 5;  // frames with too little contrast do not count
+  mutable std::atomic<int> walks_left_ = 5;  // number of tries; covers frames with too little contrast
 
   const tofgraph_camera* camera_ = nullptr;
-  bool from_camera_ = true;  // the exposures
-  double gain_ = 0;          // of the camera, counts m^2/s; 0: not known
+  bool from_camera_ = true;  // origin of the exposures
+  double gain_ = 0;          // of the camera, counts m^2/s; 0: unknown
   OtherLengths lengths_;
 
   DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& noise) const {

@@ -3,7 +3,7 @@
 /// @file
 /// Functions of decoders for a vector of pixels: samples of any type as float, flags, stores. For code that is compiled
 /// once per processor (Highway's foreach_target): include it after <hwy/foreach_target.h>. The guard is Highway's idiom
-/// for a header that is compiled as often as that.
+/// for such a header.
 #if defined(TOFGRAPH_FILTERS_DECODER_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_DECODER_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_DECODER_VECTOR_HPP
@@ -20,24 +20,24 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A vector of samples as float.
+/// Loads a vector of samples as float.
 template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const float* from) { return hn::LoadU(d, from); }
 template <class D> HWY_INLINE hn::Vec<D> LoadFloat(D d, const std::int32_t* from) {
   return hn::ConvertTo(d, hn::LoadU(hn::RebindToSigned<D>(), from));
 }
-template <class D, class T>  // 16 bits
+template <class D, class T>  // 16-bit types
 HWY_INLINE hn::Vec<D> LoadFloat(D d, const T* from) {
   return hn::ConvertTo(d, hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<T, D>(), from)));
 }
 
-/// The sum and the greatest of the taps that were seen. Integers as long as they can be: exact, and half as many
+/// Sum and maximum of the taps so far. Integers as long as possible: exact, and half as many
 /// conversions.
 template <class D> struct TapSums {
   hn::Vec<hn::RebindToSigned<D>> sum;
   hn::Vec<hn::Rebind<std::uint16_t, D>> greatest;
 };
 
-/// The difference of the taps A and B, where B is an image further.
+/// Loads the difference of the taps A and B, where B is stored one image after A.
 template <class D> HWY_INLINE hn::Vec<D> LoadTaps(D d, const std::uint16_t* a, std::size_t pixels, TapSums<D>& sums) {
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
@@ -48,7 +48,7 @@ template <class D> HWY_INLINE hn::Vec<D> LoadTaps(D d, const std::uint16_t* a, s
   return hn::ConvertTo(d, hn::Sub(wide_a, wide_b));
 }
 
-/// A vector of pixels on its way to the frame.
+/// Decoded vector of pixels.
 template <class D> struct Pixels {
   hn::Vec<hn::RebindToSigned<D>> flags;
   hn::Vec<D> distance, amplitude, intensity;
@@ -65,7 +65,7 @@ HWY_INLINE void Raise(D, hn::Vec<hn::RebindToSigned<D>>& flags, hn::Mask<D> wher
   flags = hn::Or(flags, hn::IfThenElseZero(hn::RebindMask(di, where), hn::Set(di, flag)));
 }
 
-/// Judges the pixels by their light and stores them, but for sigma. @returns which are valid
+/// Flags pixels by their light and stores all outputs except sigma. @returns the valid pixels
 template <bool Taps, class D> HWY_INLINE hn::Mask<D> StorePixels(D d, const DecoderCounts& counts,
                                                                  const DecoderImages& images, std::size_t i,
                                                                  const TapSums<D>& sums, Pixels<D> pixels) {

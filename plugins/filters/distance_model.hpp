@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Ports of the models from distance to depth.
+/// @file Ports of the models that convert distance to depth.
 #pragma once
 
 #include <tofgraph/lengths.hpp>
@@ -12,7 +12,7 @@
 
 namespace tofgraph {
 
-/// Filter that corrects `distance` by a model of its errors, to `depth`: what such filters have in common.
+/// Common part of filters that convert `distance` to `depth` by a model of its errors.
 struct DistanceModel : Filter {
   In<float> distance{this, "distance", {.text = "half of the travelled path", .refuses = "denoised non_linearity"}};
   Out<float> depth{
@@ -37,7 +37,7 @@ struct DistanceModel : Filter {
     for (std::size_t i = 0; i < rows * columns; ++i) rays.push_back(physics::unit_ray(setup.camera().rays + 3 * i));
   }
 
-  /// Distances of a frame, rows x columns. @throws std::runtime_error for another size than the camera's
+  /// Distances of a frame, rows x columns. @throws std::runtime_error if the size is not the camera's
   Array<const float> measured(const Frame& frame) const {
     const Array<const float> image = distance(frame);
     if (image.rows() != rows || image.columns() != columns) {

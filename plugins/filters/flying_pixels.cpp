@@ -13,12 +13,12 @@
 
 namespace tofgraph {
 
-/// Marks pixels at depth edges that saw both sides and report a length between them, where there is no surface: along a
-/// row, a column or a diagonal the one neighbour is nearer and the opposite one further, both by more than a limit. The
-/// limit is the greatest of `threshold`, `deviations` times the pixel's sigma (where no sigma arrives, times the noise
-/// of the frame around it, from second differences along its rows), and the step that a surface makes which is seen
-/// under the angle `grazing` from its normal: length x angle between the pixels x tan(grazing). That angle
-/// comes from the rays; without a camera there is no such limit. No length is changed unless `invalidate` is true.
+/// Marks pixels at depth edges that received light from both sides and report a length in between: along a row, a
+/// column or a diagonal one neighbour is nearer and the opposite one farther, both by more than a limit. The limit is
+/// the maximum of `threshold`, of `deviations` times the pixel's sigma (without sigma, times the noise of the frame
+/// around it, from second differences along its rows), and of the step between pixels on a surface seen at the angle
+/// `grazing` from its normal: length x angle between the pixels x tan(grazing). The angle between pixels comes from the
+/// rays; without a camera this limit is not used. Lengths are changed only if `invalidate` is true.
 struct FlyingPixels final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "in which edges are looked for"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "invalidated with the pixel"}};
@@ -97,13 +97,13 @@ struct FlyingPixels final : Filter {
   }
 
  private:
-  /// From a pixel to its neighbour along a row, a column or a diagonal; the opposite one is as far the other way.
+  /// Index offset of a pixel's neighbour along a row, a column or a diagonal; the opposite one has the negative offset.
   std::size_t neighbour(std::size_t line) const {
     const std::size_t steps[] = {1, columns_, columns_ + 1, columns_ - 1};
     return steps[line];
   }
 
-  /// The step from a pixel to the next on a surface under the greatest angle, per length.
+  /// Step between neighbouring pixels on a surface at the maximum angle, relative to the length.
   float step(const tofgraph_camera& camera, std::size_t r, std::size_t c, std::size_t line) const {
     const std::size_t i = r * columns_ + c;
     const physics::Vector3 one = physics::unit_ray(camera.rays + 3 * (i - neighbour(line))),
@@ -130,7 +130,7 @@ struct FlyingPixels final : Filter {
 
   std::size_t rows_ = 0, columns_ = 0;
   OtherLengths others_;
-  std::vector<float> steps_;  // of each pixel, along the four lines
+  std::vector<float> steps_;  // per pixel, along the four lines
 };
 
 }  // namespace tofgraph

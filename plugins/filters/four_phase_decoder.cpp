@@ -19,7 +19,7 @@ namespace tofgraph {
 /// Constants of all pixels of a frame.
 struct DecoderSettings {
   DecoderCounts counts;
-  std::array<std::size_t, 4> order;        // which of the images are those of 0, 90, 180, 270 degrees
+  std::array<std::size_t, 4> order;        // indices of the images at 0, 90, 180, 270 degrees
   float metres_per_radian, range;          // m/rad, m
   float null2_square, null2_per_variance;  // inconsistent: N2^2 > null2_square + null2_per_variance variance
 };
@@ -32,7 +32,7 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Decodes a vector of pixels from pixel i on. `Taps`: T is the type of the taps, else of the phases.
+/// Decodes a vector of pixels starting at pixel i. `Taps`: T is the type of the taps, else of the phases.
 template <bool Taps, class T, class D>
 HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& images, std::size_t i) {
   using V = hn::Vec<D>;
@@ -59,7 +59,7 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
       LoadFlags(d, images.flags + i),
       physics::HWY_NAMESPACE::WrappedDistance(d, sine, cosine, hn::Set(d, s.metres_per_radian), hn::Set(d, s.range)),
       amplitude, intensity,
-      // Without light, or with samples that are not numbers, there is no phase.
+      // Without light, or with NaN samples, there is no phase.
       hn::And(hn::Gt(amplitude, hn::Zero(d)), hn::Lt(amplitude, hn::Set(d, hwy::HighestValue<float>())))};
   Raise(d, pixels.flags, hn::Gt(hn::Mul(null2, null2), limit), flag::inconsistent);
   const auto valid = StorePixels<Taps>(d, s.counts, images, i, sums, pixels);
@@ -71,7 +71,7 @@ HWY_INLINE void DecodeAt(D d, const DecoderSettings& s, const DecoderImages& ima
 }
 
 template <bool Taps, class T>
-void DecodeAll(const DecoderSettings settings, const DecoderImages images) {  // copies: no store can change them
+void DecodeAll(const DecoderSettings settings, const DecoderImages images) {  // copies, which no store can alias
   const hn::ScalableTag<float> d;
   const hn::CappedTag<float, 1> one;
   std::size_t i = 0;
@@ -133,7 +133,7 @@ struct FourPhaseDecoder final : Decoder {
   }
 
  private:
-  /// All that does not depend on the frame.
+  /// Constants that do not depend on the frame.
   void set_constants(const std::vector<std::size_t>& order) {
     constexpr double never = std::numeric_limits<float>::infinity();
     const bool automatic = inconsistent_above.keyword() == "auto" && counts_.noise_known;
@@ -142,7 +142,7 @@ struct FourPhaseDecoder final : Decoder {
                      static_cast<float>(inconsistent_above.keyword().empty() ? *inconsistent_above * *inconsistent_above
                                         : automatic                          ? 0
                                                                              : never),
-                 // N2 is a quarter of four samples, of two taps each: its variance is half that of a tap
+                 // N2 is a quarter of the sum of four samples of two taps each: its variance is half that of a tap
                  .null2_per_variance = automatic ? 25.0F / 2 : 0.0F};
     std::ranges::copy(order, settings_.order.begin());
   }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a bracketed exposure as one.
+// Fusion of the frames of a bracketed exposure.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/unwrapping.hpp>
 
@@ -14,16 +14,16 @@
 
 namespace tofgraph {
 
-/// Joins frames of alternating integration times, pixel by pixel: the mean of a length weighted by 1 / sigma^2 over the
-/// frames in which the pixel is valid and not saturated, sigma = (sum 1 / sigma^2)^(-1/2). Amplitudes are weighted
-/// alike, as those of the longest time. A pixel that no frame shows well is invalid, with the flags of all frames.
-/// Corrections that depend on the integration time come before. Distances are joined modulo the unambiguous range, so
-/// that the mean of pixels at its end stays there. Metadata and other channels are those of the last frame.
+/// Fuses frames of alternating integration times, pixel by pixel: the mean of a length weighted by 1 / sigma^2 over the
+/// frames in which the pixel is valid and not saturated, sigma = (sum 1 / sigma^2)^(-1/2). Amplitudes have the same
+/// weights and are scaled to the longest time. A pixel that is good in no frame is invalid, with the flags of all
+/// frames. Corrections that depend on the integration time must come before. Distances are averaged modulo the
+/// unambiguous range, which keeps the mean of pixels near its end correct. Metadata and other channels are those of the
+/// last frame.
 ///
-/// by: frequency joins frames of alternating modulation frequencies: the distance that all of them allow, over all
-/// wraps the most likely one, as in phase_decoder. A pixel that one frame does not show well is invalid; one whose
-/// second best wraps are nearly as likely is flagged wrapped, and invalid. sigma and flags as above; the amplitude is
-/// the mean.
+/// by: frequency fuses frames of alternating modulation frequencies: the most likely distance over all wraps of the
+/// frequencies, as in phase_decoder. A pixel that is not good in one of the frames is invalid; one whose second best
+/// wraps are nearly as likely is flagged wrapped, and invalid. sigma and flags as above; the amplitude is the mean.
 struct HdrFusion final : Filter {
   InOut<float> image{this, "distance|range|depth", {.text = "what is joined", .adds = "hdr_fusion"}};
   InOut<float> sigma{this, "sigma", {.text = "standard deviation of the length; becomes that of the mean"}};
@@ -62,7 +62,7 @@ struct HdrFusion final : Filter {
     setup.set_frames(come / wanted, setup.stream().known);
     flags.provide(setup);
     lengths_.prepare(setup, {image.channel(), "sigma"});
-    // Half paths repeat at the unambiguous range; ranges and depths are taken for unwrapped.
+    // Half paths repeat at the unambiguous range; ranges and depths are assumed to be unwrapped.
     const double frequency = setup.stream().camera != nullptr ? setup.stream().camera->modulation_frequency : 0;
     if (std::string_view(image.channel()) == "distance" && frequency > 0) period_ = 299792458.0 / (2 * frequency);
   }
@@ -110,7 +110,7 @@ struct HdrFusion final : Filter {
   }
 
  private:
-  /// A frame of a bracket of frequencies.
+  /// Frame of a bracket of frequencies.
   struct Exposure {
     double frequency;  // Hz
     std::vector<float> lengths, deviations, light;
@@ -137,7 +137,7 @@ struct HdrFusion final : Filter {
       throw std::runtime_error("needs the frames' modulation frequency, which these frames do not state");
   }
 
-  /// The frame's integration time, s, or its frequency, Hz. @throws when it is not stated, or came before
+  /// Integration time of the frame, s, or its frequency, Hz. @throws if it is not stated or occurred before
   double setting_of(const Frame& frame) const {
     const tofgraph_metadata& known = frame.metadata();
     const double setting = by_frequency() ? known.modulation_frequency : known.integration_time;
@@ -190,7 +190,7 @@ struct HdrFusion final : Filter {
 
   struct Pixel {
     double reference = 0, sum = 0, weight = 0, rate = 0;  // m; sums of weight x (length - reference), x counts/s
-    std::uint16_t good_flags = 0, all_flags = 0;          // of the frames that count, of all
+    std::uint16_t good_flags = 0, all_flags = 0;          // of the frames used; of all
   };
   static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
@@ -209,7 +209,7 @@ struct HdrFusion final : Filter {
     if (light.data() != nullptr) p.rate += weight * double{light[i]} / time;
   }
 
-  double period_ = 0;          // m; 0: lengths do not repeat
+  double period_ = 0;          // m; 0: lengths do not wrap
   std::vector<double> times_;  // s; by frequency: Hz
   std::vector<Exposure> exposures_;
   std::vector<Pixel> pixels_;

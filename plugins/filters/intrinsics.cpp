@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Replaces the lens of the camera, and with it the rays. Images are not touched unless they are rectified.
+// Replaces the lens of the camera, and with it the rays. Images are unchanged unless they are rectified.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/lens.hpp>
 
@@ -16,13 +16,13 @@
 
 namespace tofgraph {
 
-/// Changes the camera's intrinsics. Values that are not given are kept; those of the node precede the calibration file.
-/// If the pixel pitch is known, new focal lengths in pixels also set the focal length in metres: the mean of fx times
-/// the pitch in x and fy times the pitch in y.
+/// Changes the camera's intrinsics. Values that are not given are kept; those of the node take precedence over the
+/// calibration file. If the pixel pitch is known, new focal lengths in pixels also set the focal length in metres: the
+/// mean of fx times the pitch in x and fy times the pitch in y.
 ///
-/// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinear. Of a pixel whose
-/// four sources are not all valid, and of one that sees nothing of the image, the lengths become invalid; sigma is that
-/// of the mix, and flags are joined. Lengths are mixed over edges too: rectify raw samples where that matters.
+/// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinearly. Lengths become
+/// invalid unless all four source pixels exist and are valid; sigma is that of the interpolation, and flags are
+/// combined. Lengths are also interpolated across edges: rectify raw samples where that matters.
 struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, recomputed"}};
   InOut<void> every{this, "*", {.text = "images are resampled if rectify is true"}};
@@ -78,7 +78,7 @@ struct Intrinsics final : Filter {
     setup.set_camera(camera);
   }
 
-  void process(Frame& frame) const {  // the frames carry the new camera's rays
+  void process(Frame& frame) const {  // the frames contain the rays of the new camera
     if (!*rectify) return;
     const std::size_t rows = rectification_.rows(), columns = rectification_.columns();
     const Array<std::uint16_t> bits = flags(frame, rows, columns);
@@ -104,7 +104,7 @@ struct Intrinsics final : Filter {
     return serial;
   }
 
-  /// @returns whether anything was given
+  /// @returns whether any value was given
   bool change(tofgraph_camera& camera) const {
     bool changed = change_model(camera);
     const auto set = [&changed](const Param<double>& given, double& value) {
@@ -129,7 +129,7 @@ struct Intrinsics final : Filter {
     return changed;
   }
 
-  /// Another model begins without distortion. @returns whether it is another one
+  /// Changes the lens model; the new one starts without distortion. @returns whether it changed
   bool change_model(tofgraph_camera& camera) const {
     const bool any = fx.given() || fy.given() || cx.given() || cy.given() || skew.given() || k1.given() || k2.given();
     if (camera.lens_model == TOFGRAPH_LENS_RAYS && (any || lens.given()) &&
@@ -157,7 +157,7 @@ struct Intrinsics final : Filter {
       camera.focal_length = metres;
   }
 
-  /// Makes the map, says which images go through it, and takes the distortion away.
+  /// Builds the map, announces the images to resample, and removes the distortion.
   void use_rectification(const Setup& setup, tofgraph_camera& camera) {
     if (const tofgraph_channel* points = setup.find("points"))
       throw ConfigError("rectify", std::string(points->applied).find("point_cloud") != std::string::npos
@@ -228,7 +228,7 @@ struct Intrinsics final : Filter {
       Rectification::mark(static_cast<const float*>(image.data), bits.data(), bits.size());
   }
 
-  /// Calls mix(in, out) for each image of a stack, `in` being a copy.
+  /// Calls mix(in, out) for each image of a stack; `in` is a copy.
   template <class T, class Mix> void each_slice(const tofgraph_view& view, Mix&& mix) const {
     const Array<T> images(view);
     thread_local std::vector<T> before;

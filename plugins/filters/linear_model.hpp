@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Base of distance models whose depth is linear in the distance: z = offset + slope D.
+/// @file Base of distance models with a depth linear in the distance: z = offset + slope D.
 #pragma once
 
 #include <tofgraph/physics/non_linearity.hpp>
@@ -17,7 +17,7 @@ struct LinearTable {
   std::vector<float> offset, slope;
 };
 
-/// Arithmetic of such a model. A depth that would not be in front of the lens is invalid.
+/// Arithmetic of such a model. A depth behind the lens is invalid.
 struct LinearModel : DistanceModel {
  protected:
   /// Fills a table from model(ray).

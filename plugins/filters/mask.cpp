@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Masks pixels by what is known of their quality.
+// Masks pixels by quality criteria.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
@@ -13,11 +13,11 @@
 
 namespace tofgraph {
 
-/// Each limit that is given marks the pixels beyond it with the flag of its reason: an amplitude below `min_amplitude`
-/// or a sigma above `max_sigma` is low_signal, an amplitude above `max_amplitude` saturated, |N2| above `max_null2`
-/// times the amplitude inconsistent. What is not a number is beyond every limit. Pixels outside the `polygon`, where
-/// `image` is 0, and of which a channel has one of the `codes`, get the flag user. With `invalidate` these pixels, and
-/// those that arrive with one of `flagged`, become invalid.
+/// Each given limit marks the pixels beyond it with the corresponding flag: an amplitude below `min_amplitude` or a
+/// sigma above `max_sigma` is low_signal, an amplitude above `max_amplitude` saturated, |N2| above `max_null2` times
+/// the amplitude inconsistent. NaN exceeds every limit. Pixels outside the `polygon`, with a 0 in `image`, or with one
+/// of the `codes` in a channel get the flag user. With `invalidate` these pixels, and those whose input has one of the
+/// flags `flagged`, become invalid.
 struct Mask final : Filter {
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "for limits of the amplitude and of N2"}};
   In<float> sigma{this, "sigma", {.optional = true, .text = "for max_sigma"}};
@@ -220,7 +220,7 @@ struct Mask final : Filter {
     }
   }
 
-  /// By the number of edges that a ray in x crosses; on an edge counts as inside.
+  /// Counts the edges crossed by a ray in x; points on an edge are inside.
   bool in_polygon(double x, double y) const {
     bool inside = false;
     const std::size_t n = polygon->size();
@@ -269,7 +269,7 @@ struct Mask final : Filter {
   template <class T> void find_codes(const tofgraph_view& view, std::vector<std::uint16_t>& found) const {
     const Array<const T> values(view);
     for (std::size_t i = 0; i < values.size(); ++i) {
-      for (const double code : *codes) {  // 65.535 and 65535 x 0.001 differ in float32's last place
+      for (const double code : *codes) {  // 65.535 and 65535 x 0.001 differ in the last digit of float32
         if (std::abs(static_cast<double>(values[i]) - code) <= 1e-6 * std::abs(code))
           found[i % found.size()] |= flag::user;
       }
@@ -312,7 +312,7 @@ struct Mask final : Filter {
   }
 
   std::uint16_t mask_ = 0;
-  std::string coded_;  // the channel with the codes
+  std::string coded_;  // channel with the codes
   OtherLengths lengths_;
 };
 

@@ -15,14 +15,14 @@
 
 namespace tofgraph {
 
-/// The median of the valid pixels of a square window, clipped at the image's border; of an even number the mean of the
-/// two in the middle. An invalid pixel stays invalid.
+/// Median of the valid pixels of a square window, clipped at the image's border; for an even number the mean of the two
+/// middle values. An invalid pixel stays invalid.
 ///
 /// sigma becomes that of the median of n normally distributed, independent values, s sqrt(q / (n - 1 + q)): s the
 /// harmonic mean of their deviations, q = acos(v / (v + s^2)) (v + s^2) / s^2, pi / 2 on a flat surface. v is 1.4 times
-/// the variance of the surface in the window, estimated as that of the lengths less that of their noise; 1 would be
-/// right for normally distributed steps, 1.9 for uniform ones, between which slopes lie. Within 4 % of the spread on a
-/// flat surface, within 10 % on slopes of at most 2 s per pixel; at edges up to twice the spread.
+/// the variance of the surface in the window, estimated as the variance of the lengths minus that of their noise; 1
+/// would be right for normally distributed steps, 1.9 for uniform ones, and slopes lie in between. Accurate to 4 % of
+/// the spread on a flat surface and to 10 % on slopes of at most 2 s per pixel; at edges up to twice the spread.
 struct Median final : LengthFilter {
   Param<std::int64_t> window{
       this, "window", {.default_value = "3", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};
@@ -66,12 +66,12 @@ struct Median final : LengthFilter {
       lengths(r, c) = median_of(values);
       if (!deviations) continue;
       gather_window(noise.data(), lengths.rows(), lengths.columns(), r, c, radius(), values);
-      const bool known = values.size() == used;  // else one of the pixels does not know its noise
+      const bool known = values.size() == used;  // else a pixel's noise is unknown
       deviations(r, c) = known ? deviation_of_median(values, spread) : std::numeric_limits<float>::quiet_NaN();
     }
   }
 
-  /// The variance of the values about their mean, of a single value 0.
+  /// Variance of the values about their mean; 0 for a single value.
   static float variance_of(const std::vector<float>& values) {
     const auto n = static_cast<float>(values.size());
     float sum = 0, squares = 0;
@@ -80,7 +80,7 @@ struct Median final : LengthFilter {
     return squares / std::max(n - 1, 1.0F);
   }
 
-  /// sigma of the median. @param noise deviations of the values @param spread variance of the values, noise included
+  /// sigma of the median. @param noise deviations of the values @param spread variance of the values, including noise
   static float deviation_of_median(const std::vector<float>& noise, float spread) {
     constexpr float slopes = 1.4F;
     const auto n = static_cast<float>(noise.size());

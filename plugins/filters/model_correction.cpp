@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Undoes what a model's effects do to the distance.
+// Corrects the effects of a model on the distance.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/model_correction.cpp"
 #include <hwy/foreach_target.h>
@@ -29,10 +29,10 @@
 #define TOFGRAPH_MODEL_CORRECTION_ONCE
 namespace tofgraph {
 
-/// A frame and the tables for it; see simulation::CorrectionTables.
+/// Images of a frame and the tables for it; see simulation::CorrectionTables.
 struct CorrectionLookup {
   float *distance, *sigma;  // changed; sigma may be null
-  const float* amplitude;   // null where it makes no difference
+  const float* amplitude;   // null if it has no influence
   std::uint16_t* flags;     // combined
   std::size_t count;
   const float *nodes, *pixels, *shifts;
@@ -51,10 +51,10 @@ namespace tofgraph {
 
 HWY_EXPORT(LookUp);
 
-/// Looks for the distance that the camera without its effects would have measured, at the measured amplitude and the
-/// frame's settings: by the forward model itself, so that every effect can be undone, also those of other plugins.
-/// Effects of the geometry leave as a corrected camera. Tables are compiled with the first frame, and anew for settings
-/// that they do not cover; they are kept in the program's cache for the next run.
+/// Finds the distance that the camera without its effects would have measured at the measured amplitude and the frame's
+/// settings. Inverts the forward model itself, so that every effect can be corrected, also those of other plugins.
+/// Effects of the geometry are applied as a corrected camera. Tables are compiled with the first frame and again for
+/// settings that they do not cover; they are kept in the program's cache for the next run.
 struct ModelCorrection final : Filter {
   InOut<float> distance{
       this,
@@ -77,7 +77,7 @@ struct ModelCorrection final : Filter {
   void prepare(Setup& setup) {
     check_sigma(setup, sigma.present(), "distance");
     flags.provide(setup);
-    // The frames' exposures, which may be others than the profile's.
+    // Exposures of the frames, which may differ from the profile's.
     tofgraph_camera own = setup.camera();
     std::vector<tofgraph_exposure> exposures;
     for (const tofgraph_exposure& exposure : setup.exposures()) exposures.push_back(exposure);
@@ -182,14 +182,14 @@ struct ModelCorrection final : Filter {
             metadata.time_since_power_on};
   }
 
-  /// Path, size and time of a library, which stand for its code.
+  /// Path, size and time of a library, used to identify its code.
   static std::string library_text(const std::filesystem::path& file) {
     std::error_code error;
     return fmt::format("{} {} {}\n", file.string(), std::filesystem::file_size(file, error),
                        std::filesystem::last_write_time(file, error).time_since_epoch().count());
   }
 
-  /// Hash of all that the tables depend on beside a frame's settings.
+  /// Hash of everything that the tables depend on except a frame's settings.
   static std::string cache_key(const ModelReader::Made& made, const tofgraph_camera& camera) {
     Dl_info own{};
     dladdr(reinterpret_cast<const void*>(&ModelCorrection::library_text), &own);
@@ -204,7 +204,7 @@ struct ModelCorrection final : Filter {
                          std::string(reinterpret_cast<const char*>(camera.rays), bytes));
   }
 
-  /// The last ones are kept: exposures of several integration times come in turns.
+  /// Tables for these settings. Recent ones are kept, because exposures may alternate between integration times.
   std::shared_ptr<const simulation::CorrectionTables> tables_for(const simulation::FrameSettings& settings) const {
     const std::lock_guard lock(mutex_);
     const auto known = std::ranges::find_if(tables_, [&](const auto& tables) { return tables->covers(settings); });

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Medians of pixels, and what becomes of invalid pixels in a neighbourhood of valid ones.
+/// @file Medians of pixels, and filling of invalid pixels from valid neighbours.
 #pragma once
 
 #include <tofgraph/lengths.hpp>
@@ -14,7 +14,7 @@
 
 namespace tofgraph {
 
-/// Refuses a window without a middle, and one that the image cannot hold. @param name, side the parameter and its value
+/// Rejects a window of even side, or larger than the image. @param name, side the parameter and its value
 inline void check_window(const tofgraph_channel& image, const std::string& name, std::int64_t side) {
   if (side % 2 == 0) {
     throw ConfigError(name, "is " + std::to_string(side) + ", must be odd, so that the pixel is its centre, e.g. " +
@@ -26,8 +26,8 @@ inline void check_window(const tofgraph_channel& image, const std::string& name,
   }
 }
 
-/// The middle value, of an even number the mean of the two in the middle. Reorders the values, of which there is one at
-/// least and none NaN.
+/// Median; for an even number of values the mean of the two middle ones. Reorders the values, which must not be empty
+/// or contain NaN.
 inline float median_of(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -35,7 +35,7 @@ inline float median_of(std::vector<float>& values) {
   return 0.5F * (*middle + *std::max_element(values.begin(), middle));
 }
 
-/// The valid values of the square window about a pixel, clipped by the image. @returns the window's number of pixels
+/// Valid values of the square window around a pixel, clipped by the image. @returns the window's number of pixels
 inline std::size_t gather_window(const float* image, std::size_t rows, std::size_t columns, std::size_t row,
                                  std::size_t column, std::size_t radius, std::vector<float>& values) {
   const std::size_t top = row - std::min(row, radius), bottom = std::min(row + radius + 1, rows);
@@ -49,9 +49,9 @@ inline std::size_t gather_window(const float* image, std::size_t rows, std::size
   return (bottom - top) * (right - left);
 }
 
-/// Gives an invalid pixel the median of the valid ones in its window, where at least half of the window is valid, and
-/// flags it as filled. Its sigma is the root mean square difference of these from the median: what is not known is the
-/// surface, not the noise on it.
+/// Replaces an invalid pixel by the median of the valid ones in its window, if at least half of the window is valid,
+/// and flags it as filled. Its sigma is the root mean square difference of these from the median: the unknown surface
+/// dominates, not the noise.
 inline void fill_invalid(const Array<float>& lengths, const Array<float>& deviations, const Array<std::uint16_t>& bits,
                          std::size_t radius) {
   struct Filling {
@@ -59,7 +59,7 @@ inline void fill_invalid(const Array<float>& lengths, const Array<float>& deviat
     float length, deviation;
   };
   const std::size_t columns = lengths.columns();
-  std::vector<Filling> fillings;  // applied at the end: a filled pixel fills no other
+  std::vector<Filling> fillings;  // applied at the end, so that a filled pixel fills no other
   std::vector<float> values;
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     if (!std::isnan(lengths[i])) continue;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The noise of an image from what it shows itself: by medians, so that a few edges or moving pixels do not
-/// count.
+/// @file Estimation of an image's noise from the image itself: by medians, so that a few edges or moving pixels have no
+/// influence.
 #pragma once
 
 #include <tofgraph/physics/robust.hpp>
@@ -15,9 +15,9 @@
 
 namespace tofgraph {
 
-/// Second differences along the rows, (x[i-1] - 2 x[i] + x[i+1]) / sqrt(6): of noise that is independent from pixel to
-/// pixel its standard deviation remains, of slanted surfaces nothing. NaN where one of the three pixels is, and in the
-/// first and last column.
+/// Second differences along the rows, (x[i-1] - 2 x[i] + x[i+1]) / sqrt(6): they keep the standard deviation of noise
+/// that is independent from pixel to pixel, and remove slanted surfaces. NaN if any of the three pixels is NaN, and in
+/// the first and last column.
 inline void second_differences(const float* image, std::size_t rows, std::size_t columns, std::vector<float>& result) {
   result.assign(rows * columns, std::numeric_limits<float>::quiet_NaN());
   constexpr float scale = 0.40824829F;
@@ -28,13 +28,13 @@ inline void second_differences(const float* image, std::size_t rows, std::size_t
   }
 }
 
-/// Standard deviation of normal values of mean 0, by the median of their absolute values; NaN of none. Reorders them.
+/// Standard deviation of normal values with mean 0, from the median of absolute values; NaN if empty. Reorders them.
 inline float robust_deviation(std::vector<float>& values) {
   for (float& value : values) value = std::abs(value);
   return static_cast<float>(physics::sd_of_deviations) * physics::median(values);
 }
 
-/// Standard deviation of residuals in square tiles of the image, one after the other; 0 of a tile without any.
+/// Standard deviation of residuals in square tiles of the image; 0 for a tile without residuals.
 class TileNoise {
  public:
   void estimate(const std::vector<float>& residuals, std::size_t rows, std::size_t columns) {
@@ -67,20 +67,20 @@ class TileNoise {
   std::vector<std::size_t> counts_;
 };
 
-/// Variance against amplitude: constant + slope x amplitude, the law of read noise and shot noise.
+/// Noise model: variance as a function of the amplitude, constant + slope x amplitude (read noise and shot noise).
 struct NoiseLaw {
   double constant = 0, slope = 0;  ///< neither is negative
 
   double variance(double amplitude) const { return constant + slope * amplitude; }
 };
 
-/// A residual of mean 0, and the amplitude of its pixel.
+/// Residual with mean 0, and the amplitude of its pixel.
 struct Residual {
   float amplitude, value;
 };
 
-/// Fits the law to the robust variances of up to 32 groups of residuals of similar amplitude, by least squares with
-/// weights from the law itself. Reorders the residuals, of which there is one at least.
+/// Fits the model to the robust variances of up to 32 groups of residuals of similar amplitude, by least squares with
+/// weights from the model itself. Reorders the residuals, which must not be empty.
 inline NoiseLaw fit_noise_law(std::vector<Residual>& residuals) {
   std::ranges::sort(residuals, {}, &Residual::amplitude);
   const std::size_t groups = std::clamp<std::size_t>(residuals.size() / 200, 1, 32);

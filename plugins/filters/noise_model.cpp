@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard deviation of the lengths of recordings that do not state it.
+// Standard deviation of lengths for recordings that do not state it.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
@@ -18,21 +18,21 @@
 
 namespace tofgraph {
 
-/// sigma of the lengths, in one of four ways, `mode`:
+/// Computes sigma of the lengths in one of four ways, `mode`:
 ///
-/// profile: variance of a tap = read_noise^2 + shot_noise x counts; the counts are the intensity where it arrives, else
-/// amplitude / (2 contrast) + background x integration time. A sample c_k is the difference of two taps, and the phase
-/// has its variance over the squared amplitude, times 2 / P for P equal steps.
-/// null_channel: the variance of the samples is measured in the part of them that no light of this frequency reaches
-/// (N2 = c0 - c1 + c2 - c3 of four steps), as a function of the amplitude. frames: half of the variance of the
-/// difference from the frame before with the same integration time, of which the first does not leave. For still
-/// scenes. spatial: second differences along the rows of one frame. For values that were not smoothed before.
+/// profile: variance of a tap = read_noise^2 + shot_noise x counts; the counts are the intensity if available, else
+/// amplitude / (2 contrast) + background x integration time. A sample c_k is the difference of two taps; the variance
+/// of the phase is that of the sample divided by the squared amplitude, times 2 / P for P equal steps.
+/// null_channel: the variance of the samples is measured in the component that light of this frequency does not affect
+/// (N2 = c0 - c1 + c2 - c3 for four steps), as a function of the amplitude. frames: half of the variance of the
+/// difference from the previous frame with the same integration time; the first frame is dropped. For still
+/// scenes. spatial: second differences along the rows of one frame. For values that have not been smoothed.
 ///
 /// The last three fit variance x amplitude^2 = a + b amplitude to medians of groups of pixels with similar amplitude:
-/// edges and moving objects do not count while they are a minority. Without an amplitude, frames and spatial state one
-/// sigma per tile of 16 x 16 px, of the frame where the tile has few valid pixels. What the noise of neighbours and
-/// frames has in common (fixed patterns, drift) is not seen. A pixel without an amplitude becomes invalid. Ranges get
-/// the sigma of the distance, depths that times cos(angle of the ray): exact for a lamp beside the lens.
+/// edges and moving objects have no influence while they are a minority. Without an amplitude, frames and spatial give
+/// one sigma per tile of 16 x 16 px, or that of the frame if the tile has few valid pixels. Noise common to neighbours
+/// or frames (fixed patterns, drift) is not detected. A pixel without an amplitude becomes invalid. Ranges get the
+/// sigma of the distance, depths that multiplied by cos(angle of the ray): exact for a light source next to the lens.
 struct NoiseModel final : Filter {
   InOut<float> image{this, "distance|range|depth", {.text = "whose sigma is made"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed by profile and null_channel"}};
@@ -83,7 +83,7 @@ struct NoiseModel final : Filter {
     lengths_.prepare(setup, {image.channel(), "sigma"});
   }
 
-  /// @returns false for the first frame of each integration time where frames are compared
+  /// @returns false for the first frame of each integration time if frames are compared
   bool process(Frame& frame) {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame, lengths.rows(), lengths.columns());
@@ -96,7 +96,7 @@ struct NoiseModel final : Filter {
       second_differences(lengths.data(), lengths.rows(), lengths.columns(), residuals_);
       by_residuals(frame, bits, deviations);
     }
-    for (std::size_t i = 0; i < bits.size(); ++i) {  // without a signal a length is noise
+    for (std::size_t i = 0; i < bits.size(); ++i) {  // without a signal a length is only noise
       if (std::isnan(deviations[i])) bits[i] = static_cast<std::uint16_t>(bits[i] | flag::invalid);
     }
     mark_invalid(lengths, deviations, bits);
@@ -168,7 +168,7 @@ struct NoiseModel final : Filter {
       cosines_.push_back(with_rays.rays[3 * i + 2]);
   }
 
-  /// sigma of the distance x amplitude / standard deviation of a sample, m. Frequencies join by 1 / sigma^2.
+  /// Ratio of sigma of the distance to a sample's relative deviation, m. Frequencies are combined by 1 / sigma^2.
   double metres_per_relative(const Frame& frame) const {
     double weights = 0;
     for (const physics::PhaseFit& fit : fits_) {
@@ -210,14 +210,14 @@ struct NoiseModel final : Filter {
           light[i] > 0 ? static_cast<float>(scale * std::sqrt(law.variance(light[i])) / light[i]) * cosine(i) : nan;
   }
 
-  /// Compares with the frame before of the same integration time. @returns false if there is none
+  /// Compares with the previous frame of the same integration time. @returns false if there is none
   bool by_frames(const Frame& frame, const Array<float>& lengths, const Array<std::uint16_t>& bits,
                  const Array<float>& deviations) {
     const double time = frame.metadata().integration_time;
     std::vector<float>& before = before_[time > 0 ? time : 0];
     const bool comparable = before.size() == lengths.size();
     if (comparable) {
-      constexpr float scale = 0.70710678F;  // of the difference of two
+      constexpr float scale = 0.70710678F;  // for the difference of two frames
       residuals_.resize(lengths.size());
       for (std::size_t i = 0; i < lengths.size(); ++i) residuals_[i] = scale * (lengths[i] - before[i]);
       by_residuals(frame, bits, deviations);
@@ -226,7 +226,7 @@ struct NoiseModel final : Filter {
     return comparable;
   }
 
-  /// From residuals of the lengths, m.
+  /// Computes sigma from residuals of the lengths, m.
   void by_residuals(const Frame& frame, const Array<std::uint16_t>& bits, const Array<float>& deviations) {
     const Array<const float> light = amplitude(frame);
     collected_.clear();
@@ -245,8 +245,8 @@ struct NoiseModel final : Filter {
     }
   }
 
-  /// Collects the residuals of good pixels whose neighbours in the row have a similar amplitude: at edges the noise is
-  /// not that of one amplitude. @param scaled whether they are multiplied by the amplitude
+  /// Collects the residuals of good pixels whose neighbours in the row have a similar amplitude: at edges the noise
+  /// does not belong to a single amplitude. @param scaled whether they are multiplied by the amplitude
   void collect(const Array<std::uint16_t>& bits, const Array<const float>& light, bool scaled) {
     constexpr int bad =
         flag::invalid | flag::saturated | flag::inconsistent | flag::mixed | flag::filled | flag::bad_pixel;
@@ -308,7 +308,7 @@ struct NoiseModel final : Filter {
   std::vector<Rest> rests_;
   std::vector<float> cosines_, rest_, residuals_;
   std::vector<Residual> collected_;
-  std::map<double, std::vector<float>> before_;  // by integration time, s; 0: not known
+  std::map<double, std::vector<float>> before_;  // by integration time, s; 0: unknown
   TileNoise tiles_;
   OtherLengths lengths_;
 };

@@ -27,17 +27,17 @@ namespace tofgraph {
 
 HWY_EXPORT(FilterPatches);
 
-/// Equation (7.7): the weight of a pixel of the search window is exp(-D / h^2), D the mean squared difference of the
-/// patches about it and about the pixel in the middle, over the places that are valid in both. Windows and patches are
-/// clipped at the image's border.
+/// Equation (7.7): the weight of a pixel of the search window is exp(-D / h^2), with the mean squared difference D of
+/// the patches around it and around the central pixel, over the positions that are valid in both. Windows and patches
+/// are clipped at the image's border.
 ///
-/// The mean's weights g: a Gaussian, all alike, or robust: the Gaussian times exp(-(s_x^2 + s_y^2) / (4 h)^2), s the
-/// step of length from a patch's middle to its pixel, so that what lies across an edge counts less (after Huhle et al.
-/// 2008). Robust also takes off what noise alone gives, D - 2 sigma^2 if that is positive, where the frame has sigma.
+/// Weights g of this mean: Gaussian, uniform or robust: the Gaussian times exp(-(s_x^2 + s_y^2) / (4 h)^2), s the
+/// length difference between a patch's centre and its pixel, so that pixels across an edge weigh less (after Huhle et
+/// al. 2008). With sigma, robust also subtracts the expected effect of noise: D - 2 sigma^2 if that is positive.
 ///
-/// guide: amplitude puts in place of d^2 / h^2 the mean of it and of the same for amplitudes,
-/// (2 sigma^2 / h^2) (A - A')^2 / (s^2 + s'^2), with the deviation s = A sigma 4 pi f_mod / c of an amplitude that
-/// follows from that of the length: the two are measured independently, and noise rarely hides or feigns both.
+/// guide: amplitude replaces d^2 / h^2 by the mean of it and of the corresponding term for amplitudes,
+/// (2 sigma^2 / h^2) (A - A')^2 / (s^2 + s'^2), with the standard deviation s = A sigma 4 pi f_mod / c of an amplitude.
+/// The length and the amplitude are measured independently: noise rarely hides or mimics an edge in both.
 struct NonLocalMeans final : WindowFilter {
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "for guide: amplitude"}};
   Param<std::int64_t> search{
@@ -93,7 +93,7 @@ struct NonLocalMeans final : WindowFilter {
   }
 
  private:
-  static constexpr float edge = 4;  // the step across which a patch's pixels count 1/e, in units of h
+  static constexpr float edge = 4;  // length step at which the weight of a patch's pixel is 1/e, in units of h
 
   bool guided() const { return *guide == "amplitude"; }
 
@@ -131,7 +131,7 @@ struct NonLocalMeans final : WindowFilter {
     });
   }
 
-  static constexpr float min_deviation = 1e-3F;  // counts; also where there is no light or no sigma
+  static constexpr float min_deviation = 1e-3F;  // counts; used also without light or sigma
   std::vector<float> factors_;
 };
 

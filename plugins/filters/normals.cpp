@@ -15,10 +15,10 @@
 
 namespace tofgraph {
 
-/// Unit normal and curvature of the surface at each point: the plane of least squares through its neighbours
+/// Unit normal and curvature of the surface at each point: least-squares plane through its neighbours
 /// (pcl::computePointNormal), which FLANN's k-d tree finds. The normal points to the viewpoint. The curvature is the
-/// smallest eigenvalue of the neighbours' covariance over the sum of all three; 0 on a plane. NaN at invalid points and
-/// where fewer than three neighbours are within the radius.
+/// smallest eigenvalue of the neighbours' covariance divided by the sum of all three; 0 on a plane. NaN at invalid
+/// points and if there are fewer than three neighbours within the radius.
 struct Normals final : Filter {
   In<float> points{this, "points"};
   Out<float> normals{
@@ -57,7 +57,7 @@ struct Normals final : Filter {
       pixels.push_back(i);
     }
     if (cloud->empty()) return;
-    pcl::KdTreeFLANN<pcl::PointXYZ> tree(false);  // neighbours in any order
+    pcl::KdTreeFLANN<pcl::PointXYZ> tree(false);  // neighbours unsorted
     tree.setInputCloud(cloud);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels.size(), 256),
                       [&](const tbb::blocked_range<std::size_t>& some) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Takes the offset by integration time and reflectivity out of the distance, chapter 6 of the reference.
+// Corrects the distance offset by integration time and reflectivity, chapter 6 of the reference.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/offset_correction.cpp"
 #include <hwy/foreach_target.h>
@@ -28,15 +28,15 @@ HWY_EXPORT(Look);
 HWY_EXPORT(Average);
 HWY_EXPORT(Correct);
 
-/// per_pixel: each pixel's depth z and reflectivity, averaged over the pixels beside it on the same surface, say which
-/// depth T a board would really have had that was measured there; D(T) - D(z) of the pixel's ray is added (6.5), (6.6).
-/// per_path: the same with the z of a board at whose mean range over the image the pixel measures, and the change of
-/// that board's mean range; light that falls off towards the corners counts as a darker surface. As what is looked up
-/// is averaged, the noise of the distance stays as it is, and with it sigma. board: one offset matrix from the means
-/// over the whole image, as the reference does it: for one board.
+/// per_pixel: each pixel's depth z and reflectivity, averaged over neighbouring pixels on the same surface, determine
+/// the true depth T of a board for which they would be measured; D(T) - D(z) for the pixel's ray is added (6.5), (6.6).
+/// per_path: the same with the z of a board whose mean range over the image is the range measured by the pixel, and the
+/// change of that board's mean range; light falling off towards the corners is treated as a darker surface. Since the
+/// lookup values are averaged, the noise of the distance and its sigma are unchanged. board: one offset matrix from the
+/// means over the whole image, as in the reference, for a single board.
 ///
-/// D(z) is that of one source in the middle of the sources, with their mean square distance: for sources 10 cm apart
-/// the difference of two such distances is right to 0.1 % of the offset from 300 mm on.
+/// D(z) is computed for one source at the centre of the sources, with their mean square distance: for sources 10 cm
+/// apart the difference of two such distances is accurate to 0.1 % of the offset from 300 mm on.
 struct OffsetCorrection final : Filter {
   InOut<float> distance{
       this,
@@ -149,7 +149,7 @@ struct OffsetCorrection final : Filter {
   }
 
   void check_frequency(double frequency) const {
-    if (!(std::abs(frequency / calibration_.modulation_frequency - 1) > 1e-3)) return;  // NaN: not known
+    if (!(std::abs(frequency / calibration_.modulation_frequency - 1) > 1e-3)) return;  // NaN: unknown
     throw std::runtime_error("the frame was taken at " + std::to_string(frequency * 1e-6) +
                              " MHz, the calibration is for " +
                              std::to_string(calibration_.modulation_frequency * 1e-6) + " MHz");
@@ -181,8 +181,8 @@ struct OffsetCorrection final : Filter {
     tables_ = std::make_unique<physics::BistaticTables>(physics::geometry_of(camera), rays);
   }
 
-  /// Errors follow the light's path and how much arrives, boards were averaged over the image: a pixel is taken for
-  /// that of a board at whose mean range it measures, and one that gets less light for one of a darker surface.
+  /// Replaces per-pixel factors by means over the image, because boards were averaged over the image: a pixel is
+  /// treated like a board with the pixel's range as mean range, and less light like a darker surface.
   void take_means() {
     double inverse = 0, level = 0;
     for (const float cosine : cosine_) inverse += 1 / double{cosine};
@@ -192,7 +192,7 @@ struct OffsetCorrection final : Filter {
     response_.assign(response_.size(), static_cast<float>(std::exp(level / n)));
   }
 
-  /// Pixels of a row.
+  /// Pointers to the pixels of a row.
   OffsetRow row_of(const Array<float>& image, Surface& seen, std::size_t row) const {
     const physics::BistaticCamera& camera = tables_->camera();
     const std::size_t first = row * columns_;
@@ -215,7 +215,7 @@ struct OffsetCorrection final : Filter {
             .beyond = seen.beyond()};
   }
 
-  /// z and reflectivity of each pixel, and D_ref.
+  /// Computes z, reflectivity and D_ref of each pixel.
   void look(const Array<float>& image, const float* amplitudes, double time, Surface& seen) const {
     seen.resize(rows_, columns_);
     for (std::size_t v = 0; v < rows_; ++v) {
@@ -242,7 +242,7 @@ struct OffsetCorrection final : Filter {
     }
   }
 
-  /// The sources' mean path to the pixel's point at D_ref.
+  /// Mean path from the sources to the pixel's point at D_ref.
   float mean_path(std::size_t i, float r) const {
     float mean = 0;
     for (const physics::BistaticSource& source : tables_->sources())
@@ -258,7 +258,7 @@ struct OffsetCorrection final : Filter {
     image[i] = std::numeric_limits<float>::quiet_NaN();
   }
 
-  /// (6.3) to (6.6) with the means over the valid pixels.
+  /// Applies (6.3) to (6.6) with the means over the valid pixels.
   void correct_board(const Array<float>& image, const Array<std::uint16_t>& bits, Surface& seen, double time) const {
     double depth = 0, level = 0, count = 0;
     for (std::size_t row = 0; row < rows_; ++row) {
@@ -286,11 +286,11 @@ struct OffsetCorrection final : Filter {
 
   io::OffsetCalibration calibration_;
   std::optional<physics::OffsetTable> table_;
-  std::optional<std::size_t> only_;  // target
+  std::optional<std::size_t> only_;  // index of the target
   OffsetGrid grid_;
   std::unique_ptr<physics::BistaticTables> tables_;
-  std::vector<float> cosine_, response_, brightness_;  // of the pixels; brightness: 4 / (gain response)
-  std::vector<float> seen_cosine_;                     // by which a range is looked up as a depth
+  std::vector<float> cosine_, response_, brightness_;  // per pixel; brightness: 4 / (gain response)
+  std::vector<float> seen_cosine_;                     // converts a range to the depth used for the lookup
   std::size_t rows_ = 0, columns_ = 0;
   OtherLengths lengths_;
 };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file An offset table on a dense grid, for looking up the error of every pixel of a frame.
+/// @file Dense grid of an offset table, for looking up the error of every pixel of a frame.
 #pragma once
 
 #include <tofgraph/physics/offset_table.hpp>
@@ -23,15 +23,15 @@
 
 namespace tofgraph {
 
-/// T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
-/// reflectivities are 128 to the octave, their place read from the bits of the number, whose exponent and leading
-/// digits rise like a logarithm; times are those of the calibration, linear in the logarithm between them. Of scattered
-/// samples, where each may have a time of its own, the nodes of a time are computed when a frame first has it.
+/// Grid of T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
+/// reflectivities are spaced 128 per octave and located by the bits of the number, whose exponent and leading digits
+/// grow like a logarithm; times are those of the calibration, linear in the logarithm between them. For scattered
+/// samples, each of which may have its own time, the nodes of a time are computed when a frame first has it.
 class OffsetGrid {
  public:
   OffsetGrid() = default;
-  /// @param target the only one, whatever the reflectivity of a pixel is; none: found by the reflectivity
-  /// @param table must live as long as the grid where its samples are scattered
+  /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
+  /// @param table must outlive the grid if its samples are scattered
   OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()), target_(target) {
     std::set<double> times;
     double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
@@ -54,16 +54,16 @@ class OffsetGrid {
       computed_ = std::make_unique<Computed>();
       return;
     }
-    const bool one_plane = table.shape() == physics::OffsetTable::Shape::sheet;  // the same at all times
+    const bool one_plane = table.shape() == physics::OffsetTable::Shape::sheet;  // the same for all times
     for (const double time : times) {
       times_.push_back(std::log(time));
       fill(table, time, !one_plane || times_.size() == 1, nodes_);
     }
     planes_ = one_plane ? 1 : times_.size();
-    nodes_.errors.push_back(0);  // is read beside the last node, with weight 0
+    nodes_.errors.push_back(0);  // read with weight 0 next to the last node
   }
 
-  /// @param time s @returns valid until this thread asks for another time or grid
+  /// @param time s @returns a plane that is valid until this thread requests another time or grid
   OffsetPlane at(double time) const {
     if (scattered_ != nullptr) return computed_at(time);
     const double log_time = std::log(time);
@@ -89,19 +89,19 @@ class OffsetGrid {
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
-  static constexpr double beyond = 0.05;  ///< extent of the grid beyond the samples
+  static constexpr double beyond = 0.05;  ///< relative margin of the grid beyond the samples
 
-  /// Nodes of one or several times.
+  /// Nodes of one or more times.
   struct Nodes {
     std::vector<float> errors;       // m, planes x depths x levels
-    std::vector<float> least, most;  // reflectivities that are no extrapolation, times x depths
+    std::vector<float> least, most;  // limits of the reflectivity without extrapolation, times x depths
   };
-  /// Nodes of the times that frames had, the last few.
+  /// Nodes of the most recent times of frames.
   struct Computed {
     std::mutex turn;
-    std::deque<std::pair<double, std::shared_ptr<const Nodes>>> at;  // s; the oldest first
+    std::deque<std::pair<double, std::shared_ptr<const Nodes>>> at;  // s; oldest first
   };
-  static constexpr std::size_t max_computed = 32;  ///< times of a bracketed exposure; 1.5 MB each at most
+  static constexpr std::size_t max_computed = 32;  ///< covers a bracketed exposure; at most 1.5 MB each
 
   OffsetPlane frame() const {
     return {.depths = depths,
@@ -150,7 +150,7 @@ class OffsetGrid {
     return nodes_.errors.data() + (planes_ == 1 ? 0 : plane) * depths * levels_;
   }
 
-  /// Kept by each thread: most frames have the time of the one before.
+  /// Interpolates between two times. Each thread keeps the result, since most frames have the previous frame's time.
   const float* between(std::size_t before, std::size_t after, float share, double log_time) const {
     struct Kept {
       std::uint64_t id = 0;
@@ -192,11 +192,11 @@ class OffsetGrid {
   std::uint64_t id_ = 0;
   std::optional<std::size_t> target_;
   const physics::OffsetTable* scattered_ = nullptr;
-  std::unique_ptr<Computed> computed_;  // of scattered samples
+  std::unique_ptr<Computed> computed_;  // for scattered samples only
   std::vector<double> times_;           // ln s
   std::size_t planes_ = 1, levels_ = 1;
   Nodes nodes_;
-  // At a time beyond the calibrated ones no reflectivity is within them.
+  // Outside the calibrated times every reflectivity is extrapolated.
   std::vector<float> never_least_ = std::vector<float>(depths, std::numeric_limits<float>::infinity());
   std::vector<float> never_most_ = std::vector<float>(depths, -std::numeric_limits<float>::infinity());
   float first_ = 0, per_metre_ = 1;  // m, 1/m

@@ -10,38 +10,38 @@
 
 namespace tofgraph {
 
-/// A row of an image on its way through the correction.
+/// Row of an image during the correction.
 struct OffsetRow {
-  std::size_t columns, first;  ///< pixels, and the index of the first one in the image
-  float* distance;             ///< m, is corrected
-  const float* amplitude;      ///< counts; null: not used
+  std::size_t columns, first;  ///< number of pixels, and the image index of the first
+  float* distance;             ///< m, corrected in place
+  const float* amplitude;      ///< counts; null: unused
   const float *sensor_path, *mean_along, *cosine, *brightness;
   const physics::BistaticSource* sources;
   std::size_t source_count;
   float focal_length, mean_square;  ///< m, m^2
-  float rate;                       ///< 1/s, of the integration time
-  float *depth, *reflectivity;      ///< pixels' values, then their means
+  float rate;                       ///< 1/s, inverse of the integration time
+  float *depth, *reflectivity;      ///< values of the pixels, then their means
   float* path;                      ///< m, D_ref
-  std::int32_t* beyond;             ///< 1: the offset is an extrapolation
+  std::int32_t* beyond;             ///< 1: the offset is extrapolated
 };
 
-/// A row whose pixels are averaged with those `step` floats before and after them.
+/// Row whose pixels are averaged with their neighbours at multiples of `step` floats.
 struct AverageRow {
   std::size_t columns;
   std::ptrdiff_t step, half;
-  float depth_limit, limit;  ///< relative differences of depth and reflectivity within one surface
+  float depth_limit, limit;  ///< maximum relative differences of depth and reflectivity within one surface
   const float *depth, *reflectivity;
   float *mean_depth, *mean_reflectivity;
 };
 
-/// The errors T - z at one integration time, depths x levels, and the reflectivities that are no extrapolation.
+/// Errors T - z at one integration time, depths x levels, and the range of reflectivities without extrapolation.
 struct OffsetPlane {
-  static constexpr int step_bits = 16;  ///< used of a float's 23 digits: 2^7 steps an octave
+  static constexpr int step_bits = 16;  ///< unused low digits of a float's 23: 2^7 steps per octave
   std::int32_t depths, levels;
-  float first, per_metre;        ///< m, 1/m: of the depths
-  std::int32_t base, last_bits;  ///< levels: the bits of the lowest reflectivity, the largest difference from it
-  const float* errors;           ///< m; one number more than there are nodes
-  const float *least, *most;     ///< reflectivities, one a depth
+  float first, per_metre;        ///< m, 1/m: depth of the first node, nodes per metre
+  std::int32_t base, last_bits;  ///< levels: bits of the lowest reflectivity, and largest difference from it
+  const float* errors;           ///< m; one more element than nodes
+  const float *least, *most;     ///< reflectivities, one per depth
 };
 
 }  // namespace tofgraph

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The pixels of a row for offset_correction, a vector at a time, for code that is compiled once a processor (Highway's
-/// foreach_target): include it after <hwy/foreach_target.h>. The guard is Highway's idiom for such a header.
+/// Vector code of offset_correction for the pixels of a row, compiled once per processor (Highway's foreach_target):
+/// include it after <hwy/foreach_target.h>. The guard is Highway's idiom for such a header.
 #if defined(TOFGRAPH_FILTERS_OFFSET_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_OFFSET_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_OFFSET_VECTOR_HPP
@@ -19,7 +19,7 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The sources' mean path to the pixels' points at D_ref = r.
+/// Mean path from the sources to the pixels' points at D_ref = r.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V MeanPath(D d, const OffsetRow& row, std::size_t u, V r) {
   V mean = hn::Zero(d);
   const V square = hn::Mul(r, r), twice = hn::Add(r, r);
@@ -31,8 +31,8 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V MeanPath(D d, const Offset
   return mean;
 }
 
-/// D_ref of the measured distance: one step of Newton's method from that of a single source in the middle of them; with
-/// it depth and reflectivity.
+/// Computes D_ref from the measured distance, by one Newton step from the solution for a single source at the sources'
+/// centre; then depth and reflectivity.
 template <class D, class V = hn::Vec<D>> HWY_INLINE void LookAt(D d, const OffsetRow& row, std::size_t u) {
   const V distance = hn::LoadU(d, row.distance + u), along = hn::LoadU(d, row.mean_along + u);
   const V k = hn::Sub(hn::Add(distance, distance), hn::LoadU(d, row.sensor_path + u)), sum = hn::Add(k, along);
@@ -50,7 +50,7 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE void LookAt(D d, const Offse
   hn::StoreU(reflectivity, d, row.reflectivity + u);
 }
 
-/// Means of depth and reflectivity over the neighbours along one direction that are of the same surface.
+/// Means of depth and reflectivity over the neighbours along one direction that belong to the same surface.
 template <class D, class V = hn::Vec<D>> HWY_INLINE void AverageAt(D d, const AverageRow& row, std::size_t u) {
   const V z = hn::LoadU(d, row.depth + u), r = hn::LoadU(d, row.reflectivity + u), one = hn::Set(d, 1.0F);
   const V depth_limit = hn::Mul(z, hn::Set(d, row.depth_limit)), limit = hn::Mul(r, hn::Set(d, row.limit));
@@ -70,15 +70,15 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE void AverageAt(D d, const Av
   hn::StoreU(hn::Mul(sum_r, share), d, row.mean_reflectivity + u);
 }
 
-/// The corrected distance, and where the offset is an extrapolation.
+/// Corrects the distance and marks extrapolated offsets.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u) {
   const hn::RebindToSigned<D> di;
   const V depth = hn::LoadU(d, row.depth + u), given = hn::LoadU(d, row.reflectivity + u);
-  const V reflectivity = hn::IfThenElseZero(hn::Gt(given, hn::Zero(d)), given);  // without light: the darkest
+  const V reflectivity = hn::IfThenElseZero(hn::Gt(given, hn::Zero(d)), given);  // without light: the lowest level
   const V place = hn::Mul(hn::Sub(depth, hn::Set(d, plane.first)), hn::Set(d, plane.per_metre));
   const V last = hn::Set(d, static_cast<float>(plane.depths) - 1.001F);
-  // NaN compares as false: it becomes 0.
+  // NaN compares as false and becomes 0.
   const V inside = hn::Min(hn::IfThenElseZero(hn::Gt(place, hn::Zero(d)), place), last);
   const auto z = hn::ConvertTo(di, inside);
   const V along = hn::Sub(inside, hn::ConvertTo(d, z));
@@ -101,7 +101,7 @@ HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, s
   hn::StoreU(hn::IfThenElseZero(hn::RebindMask(di, beyond), hn::Set(di, 1)), di, row.beyond + u);
 }
 
-/// Calls at(tag, u) for whole vectors of a row's pixels, then for what is left.
+/// Calls at(tag, u) for whole vectors of a row's pixels, then for the remaining pixels.
 template <class At> HWY_INLINE void EachPixel(std::size_t columns, const At& at) {
   const hn::ScalableTag<float> d;
   std::size_t u = 0;

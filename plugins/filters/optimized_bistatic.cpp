@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Distance to depth by the optimized bistatic model, any number of sources anywhere.
+// Distance to depth by the optimized bistatic model, for any number of sources at any position.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/optimized_bistatic.cpp"
 #include <hwy/foreach_target.h>
@@ -20,7 +20,7 @@
 #define TOFGRAPH_OPTIMIZED_BISTATIC_ONCE
 namespace tofgraph {
 
-/// A frame's images; sigma may be null.
+/// Images of a frame; sigma may be null.
 struct BistaticImages {
   const float* distance;
   float* depth;
@@ -32,21 +32,21 @@ struct BistaticImages {
 }  // namespace tofgraph
 #endif
 
-// How single precision keeps 2 um at 7.4 m, where it resolves 0.5 um: nothing of the size of D is subtracted. The
-// unknown is the small e = D_ref - D (about minus half the distance from sensor to sources), and
+// Precision: 2 um at 7.4 m in single precision, which resolves 0.5 um there: no quantities of the size of D are
+// subtracted. The unknown is the small e = D_ref - D (about minus half the distance from sensor to sources), and
 // z = D + (f + e cos(theta) - D (1 - cos(theta))).
 //
-// How it is fast: the paths' mean square is the square of their mean plus their variance V. With K = 2 D - D_sen the
-// mean is K - D_ref, and the mean square is D_ref^2 + 2 D_ref mean(u.b) + mean|b|^2, so that
+// Speed: the mean square of the paths is the square of their mean plus their variance V. With K = 2 D - D_sen the mean
+// is K - D_ref, and the mean square is D_ref^2 + 2 D_ref mean(u.b) + mean|b|^2, so that
 //     D_ref = (K^2 - mean|b|^2 + V) / (2 (K + mean(u.b))),
-// the closed form of one source, for which V = 0, and for sources that are near each other beside their distance to the
-// surface a correction of some 0.1 mm whose V may be taken at the uncorrected place.
+// the closed form for one source, for which V = 0. For sources that are close together compared with the distance to
+// the surface, V is a correction of some 0.1 mm and may be evaluated at the uncorrected position.
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// All that a vector of pixels is computed from, but for its place.
+/// Inputs for a vector of pixels, except its index.
 struct Inputs {
   physics::BistaticCamera camera;
   const physics::BistaticSource* sources;
@@ -54,13 +54,13 @@ struct Inputs {
   BistaticImages images;
 };
 
-/// A vector of pixels on its way: e, 1 / (d 2D / d D_ref) there, and where both are final.
+/// Solution for a vector of pixels: e, 1 / (d 2D / d D_ref) there, and a mask of the final ones.
 template <class D> struct Solution {
   hn::Vec<D> e, slope;
   hn::Mask<D> settled;
 };
 
-/// The closed form with its correction.
+/// Closed form with its correction.
 template <bool OneSource, class D, class V = hn::Vec<D>>
 HWY_INLINE Solution<D> Estimate(D d, const Inputs& in, std::size_t i) {
   const V distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
@@ -77,7 +77,7 @@ HWY_INLINE Solution<D> Estimate(D d, const Inputs& in, std::size_t i) {
       const V along = hn::LoadU(d, in.sources[s].along + i);
       const V path = hn::Sqrt(hn::MulAdd(twice, along, hn::Add(square, hn::Set(d, in.sources[s].square))));
       if (s == 0) {
-        first = path;  // V is made of small differences, not a difference of large squares
+        first = path;  // V is computed from small differences, not as a difference of large squares
         continue;
       }
       const V beyond = hn::Sub(path, first), weighted = hn::Mul(hn::Set(d, in.sources[s].weight), beyond);
@@ -90,8 +90,8 @@ HWY_INLINE Solution<D> Estimate(D d, const Inputs& in, std::size_t i) {
   return {e, slope, hn::Ge(distance, hn::Set(d, in.camera.safe_distance))};
 }
 
-/// Newton's steps for what is not settled, e.g. sources far apart or between the camera and the surface. D_i enters as
-/// the small t_i = D_i - D_ref = (2 D_ref u.b_i + |b_i|^2) / (D_i + D_ref): 2 e + D_sen + mean(t_i) = 0.
+/// Newton iteration for pixels that are not final, e.g. with sources far apart or between the camera and the surface.
+/// D_i enters as the small t_i = D_i - D_ref = (2 D_ref u.b_i + |b_i|^2) / (D_i + D_ref): 2 e + D_sen + mean(t_i) = 0.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE void Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, Solution<D>& solution) {
   const V distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
@@ -114,13 +114,13 @@ HWY_INLINE void Refine(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, 
     const V slope = hn::Div(hn::Set(d, 1.0F), rise), change = hn::Mul(rest, slope);
     solution.slope = hn::IfThenElse(pending, slope, solution.slope);
     solution.e = hn::IfThenElse(pending, hn::Sub(solution.e, change), solution.e);
-    // Newton leaves at most about change^2 / (2 nearest): the step was the last one when that is below 50 nm.
+    // The remaining error is at most about change^2 / (2 nearest): iteration stops when that is below 50 nm.
     pending = hn::AndNot(hn::Le(hn::Mul(change, change), hn::Mul(nearest, hn::Set(d, 1e-7F))), pending);
   }
   solution.settled = hn::Not(pending);
 }
 
-/// Pixels with a possible solution: valid, not nearer than the lens centre, no NaN (which compares as false).
+/// Pixels with a possible solution: valid, not nearer than the lens centre, not NaN (which compares as false).
 template <class D> HWY_INLINE hn::Mask<D> Solvable(D d, const Inputs& in, std::size_t i) {
   const hn::RebindToSigned<D> di;
   const auto distance = hn::LoadU(d, in.images.distance + i), sensor = hn::LoadU(d, in.camera.sensor_path + i);
@@ -150,7 +150,7 @@ HWY_INLINE void Finish(D d, const Inputs& in, std::size_t i, hn::Mask<D> valid, 
   hn::StoreU(hn::DemoteTo(du16, flags), du16, in.images.flags + i);
 }
 
-/// Pixels from `begin` on, whole vectors. @returns the first pixel not done
+/// Processes whole vectors of pixels from `begin` on. @returns the first unprocessed pixel
 template <bool OneSource, class D> HWY_INLINE std::size_t SolveSome(D d, const Inputs& in, std::size_t begin) {
   std::size_t i = begin;
   for (; i + hn::Lanes(d) <= in.images.pixels; i += hn::Lanes(d)) {
@@ -162,7 +162,7 @@ template <bool OneSource, class D> HWY_INLINE std::size_t SolveSome(D d, const I
   return i;
 }
 
-/// @param Sources their number where it is worth a copy of the code, so that constants stay in registers; else 0
+/// @param Sources number of sources if a specialisation pays off, so that constants stay in registers; else 0
 template <std::size_t Sources> void SolveAll(const physics::BistaticCamera& camera,
                                              std::span<const physics::BistaticSource> all,
                                              const BistaticImages& images) {
@@ -192,8 +192,8 @@ namespace tofgraph {
 HWY_EXPORT(Solve);
 
 /// Solves mean_i |L + D_ref u - S_i| + D_ref + D_sen = 2 D for D_ref, equations (5.111), (5.125); the mean is weighted
-/// by the sources' amplitudes; z = D_ref cos(theta) + f. A distance below that of a surface at the lens centre has no
-/// solution and becomes invalid; one beyond the unambiguous range (after unwrapping or an offset) is solved like any
+/// by the sources' amplitudes; z = D_ref cos(theta) + f. A distance less than that of a surface at the lens centre has
+/// no solution and becomes invalid; one beyond the unambiguous range (after unwrapping or an offset) is solved like any
 /// other.
 struct OptimizedBistatic final : DistanceModel {
   static constexpr bool steady = true;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Images that were stored mirrored or turned.
+// Reorients images that were stored mirrored or rotated.
 #include "plugins/without_gaps.hpp"
 
 #include <tofgraph/stage.hpp>
@@ -14,9 +14,9 @@
 
 namespace tofgraph {
 
-/// Mirrors images, then turns them clockwise. Lens, rays, light sources and points follow, so that clouds show the same
-/// scene in the new axes; with `camera: kept` the images alone are changed, for a recording whose images do not stand
-/// as its profile says. Channels that are not images of the camera's size pass unchanged.
+/// Mirrors images, then rotates them clockwise. Lens, rays, light sources and points are transformed too, so that
+/// clouds show the same scene in the new axes; with `camera: kept` only the images change, for a recording whose images
+/// are oriented differently from its profile. Channels other than images of the camera's size are unchanged.
 struct Orient final : Filter {
   InOut<void> every{this, "*", {.text = "images are mirrored and turned"}};
   Param<Choice> mirror{
@@ -53,7 +53,7 @@ struct Orient final : Filter {
       const tofgraph_view in = frame.find(image.made.name);
       if (in.data == nullptr) throw std::runtime_error(std::string("the frame has no '") + image.made.name + "'");
       refuse_gaps(in);
-      thread_local std::vector<char> copy;  // in and out may be the same memory
+      thread_local std::vector<char> copy;  // input and output may share memory
       const std::size_t bytes = image.planes * width_ * height_ * image.pixel;
       copy.assign(static_cast<const char*>(in.data), static_cast<const char*>(in.data) + bytes);
       auto* out = static_cast<char*>(frame.write(image.made).data);
@@ -66,14 +66,14 @@ struct Orient final : Filter {
 
  private:
   using Row = std::array<int, 2>;
-  /// An image channel: as it leaves, images in it, bytes of a pixel.
+  /// Image channel: the output channel, number of images in it, bytes per pixel.
   struct Image {
     tofgraph_channel made;
     std::size_t planes, pixel;
     bool vectors;
   };
 
-  /// New coordinates about the image's centre: (x', y') = (x_ . (x, y), y_ . (x, y)).
+  /// Sets the new coordinates relative to the image's centre: (x', y') = (x_ . (x, y), y_ . (x, y)).
   void set_matrix() {
     if (*mirror == "left_right") x_ = {-1, 0};
     if (*mirror == "top_bottom") y_ = {0, -1};
@@ -92,7 +92,7 @@ struct Orient final : Filter {
   }
 
   void announce(const Setup& setup, const tofgraph_channel& channel) {
-    if (std::string_view(channel.name) == "rays") return;  // the camera's
+    if (std::string_view(channel.name) == "rays") return;  // rays of the camera
     std::uint32_t axis = 0;
     while (axis + 1 < channel.rank && (channel.extent[axis] != height_ || channel.extent[axis + 1] != width_)) ++axis;
     if (axis + 1 >= channel.rank) return;
@@ -151,7 +151,7 @@ struct Orient final : Filter {
     centre[0] += (changed.width - 1) / 2.0;
     centre[1] += (changed.height - 1) / 2.0;
     if (changed.lens_model == TOFGRAPH_LENS_OPENCV) turn_distortion(changed);
-    changed.skew *= x_[0] * y_[1];  // of a turn by 90 deg it is 0
+    changed.skew *= x_[0] * y_[1];  // 0 for a rotation by 90 deg
     std::vector<tofgraph_light> lights;
     for (const tofgraph_light& light : lights_of(setup.camera())) lights.push_back(light);
     for (tofgraph_light& light : lights) turn_in_place(light.position[0], light.position[1]);

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Weights by the difference of two patches, for files that are compiled once a processor (Highway's foreach_target).
+/// Weights by the difference of two patches, for files that are compiled once per processor (Highway's foreach_target).
 ///
-/// For each offset the squared differences of a row are made once; sums along columns come from rows kept (Gaussian) or
-/// from running sums (uniform), then those along the row. Uniform sums are of integers, so that what leaves the running
-/// sum leaves it whole; they take the same time for every side, Gaussian ones one that is linear in it.
+/// For each offset the squared differences of a row are computed once. They are summed along columns from stored rows
+/// (Gaussian) or by running sums (uniform), then along the row. Uniform sums use integers, so that running sums
+/// accumulate no rounding error; their time does not depend on the side, that of Gaussian sums is linear in it.
 #if defined(TOFGRAPH_FILTERS_PATCH_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_PATCH_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_PATCH_VECTOR_HPP
@@ -24,7 +24,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::HWY_NAMESPACE {
 
-/// The pairs' weights of one row, for every offset; the exponents when h is adaptive.
+/// Weights of the pairs of one row for every offset; exponents if h is adaptive.
 template <bool Adaptive> class PatchWeights {
  public:
   static constexpr bool makes_pairs = false;
@@ -81,7 +81,7 @@ template <bool Adaptive> class PatchWeights {
   static HWY_INLINE V Above(D d, V difference, V softness, const float* spatial, const float* pair) {
     return Below<SameRow>(d, difference, softness, spatial, pair);
   }
-  /// The variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
+  /// Variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
   template <Spread Kind, class D, class V> static HWY_INLINE V Variance(D d, const WindowFrame& f, std::ptrdiff_t r,
                                                                         std::ptrdiff_t x,
                                                                         const WindowSums<Kind, D>& sums, V inverse) {
@@ -91,7 +91,7 @@ template <bool Adaptive> class PatchWeights {
  private:
   struct Offset {
     std::ptrdiff_t dy, dx, index;
-    float share;  // 1 / the weight of a patch's rows that are in the image for both pixels
+    float share;  // 1 / the weight of those rows of a patch that are inside the image for both pixels
   };
   static constexpr std::ptrdiff_t max_side = 21;
 
@@ -99,13 +99,13 @@ template <bool Adaptive> class PatchWeights {
     thread_local std::vector<float> memory;
     return memory;
   }
-  /// A row of memory, so that [x] is the image's column.
+  /// Row of memory, shifted so that [x] is the image's column.
   float* Line(std::ptrdiff_t i) { return memory_.data() + i * stride_ - begin_ + radius_; }
   float* Kept(const Offset& offset, std::ptrdiff_t i) { return Line(shares_ + 2 * (offset.index * side_ + i)); }
   float* Share(const WindowFrame& f, std::ptrdiff_t dx) { return Line(3 + dx + f.window.radius); }
 
-  /// True when all pixels that the tile's patches reach inside the image are valid: then the weight of the valid part
-  /// of a patch is a product of what is inside along the rows and along the columns.
+  /// Returns whether all pixels in reach of the tile's patches inside the image are valid: then the weight of the valid
+  /// part of a patch is the product of one factor for rows and one for columns.
   static bool Complete(const WindowFrame& f, const Tile& tile) {
     const std::ptrdiff_t reach = f.window.radius + f.patch.radius;
     float farthest = 0;
@@ -118,8 +118,8 @@ template <bool Adaptive> class PatchWeights {
     }
     return farthest < WindowFrame::far_away;
   }
-  /// The weight of a patch's pixels along one axis that are inside for the pixel at i and for that `step` beyond it; 1
-  /// when that is none.
+  /// Weight along one axis of a patch's pixels that are inside the image both for the pixel at i and for the one
+  /// `step` further; 1 if there are none.
   static float ShareInside(const WindowFrame& f, std::ptrdiff_t i, std::ptrdiff_t step, std::ptrdiff_t size) {
     float share = 0;
     for (std::ptrdiff_t k = -f.patch.radius; k <= f.patch.radius; ++k) {
@@ -130,7 +130,7 @@ template <bool Adaptive> class PatchWeights {
     return share > 0 ? share : 1;
   }
 
-  /// The weight of the valid pixels of the patches about a vector of pixels.
+  /// Weight of the valid pixels of the patches around a vector of pixels.
   template <class D>
   static HWY_INLINE hn::Vec<D> ValidShare(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t x) {
     const float* factors = f.patch.factors.data() + f.patch.radius;
@@ -147,7 +147,7 @@ template <bool Adaptive> class PatchWeights {
     return share;
   }
 
-  /// From the mean of the patches' exponents to what is kept of the pair.
+  /// Converts the mean of the patches' exponents to the stored value of a pair.
   struct Finish {
     const float *first, *second;
     float floor;
@@ -163,7 +163,7 @@ template <bool Adaptive> class PatchWeights {
     }
   };
 
-  /// Compares the pixels of the rows that patches about row r reach, of which all but the last are there.
+  /// Compares the pixels of the rows in reach of patches around row r; all but the last have been stored before.
   template <bool Complete, class D>
   HWY_INLINE void KeepRows(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first) {
     constexpr float most = 1e20F;
@@ -183,7 +183,7 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  /// @param Radius of the patch when it is known to the compiler, else 0
+  /// @param Radius of the patch if known at compile time, else 0
   template <int Radius, bool Complete, class D> HWY_INLINE void GaussianRow(D d, const WindowFrame& f, std::ptrdiff_t r,
                                                                             const Offset& offset, bool first,
                                                                             float* to) {
@@ -217,7 +217,7 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  /// Adds a row to running sums along columns, or takes it out.
+  /// Adds a row to running sums along columns, or subtracts it.
   template <int Sign, bool Complete, class D> HWY_INLINE void AddToColumns(D d, const WindowFrame& f,
                                                                            std::ptrdiff_t row, const Offset& offset,
                                                                            float most, float scale) {
@@ -237,13 +237,13 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  /// Sums of `side` neighbours along a row, to[x] from those about x, by doubling: as many steps as the side has bits.
+  /// Sums of `side` neighbours along a row, to[x] from those around x, by doubling: one step per bit of the side.
   template <class D> HWY_INLINE void SumAlongRow(D d, const std::int32_t* from, std::int32_t* power, std::int32_t* to) {
     const hn::RebindToSigned<D> di;
     const std::ptrdiff_t begin = begin_ - radius_, end = end_ + radius_,
                          lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
     std::copy(from + begin, from + end + lanes, power + begin);
-    std::copy(from + begin, from + end_ - radius_ + lanes, to + begin_);  // a side is odd: its first bit is set
+    std::copy(from + begin, from + end_ - radius_ + lanes, to + begin_);  // a side is odd: its lowest bit is set
     std::ptrdiff_t shift = 1 - radius_;
     for (std::ptrdiff_t size = 1; 2 * size <= side_; size *= 2) {
       const bool takes = (side_ & (2 * size)) != 0;
@@ -258,7 +258,7 @@ template <bool Adaptive> class PatchWeights {
 
   template <bool Complete, class D>
   HWY_INLINE void UniformRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first, float* to) {
-    // One pair this large makes the mean 30, a weight of 1e-9; the sum of the patch fits 31 bits.
+    // A single pair of this size gives a mean of 30, a weight of 1e-9; the sum over the patch fits in 31 bits.
     const auto pixels = static_cast<float>(side_ * side_);
     const float most = 30 * pixels, scale = std::exp2(std::floor(std::log2(2147483648.0F / (most * pixels * 1.01F))));
     auto* sums = reinterpret_cast<std::int32_t*>(Kept(offset, 0));
@@ -286,12 +286,12 @@ template <bool Adaptive> class PatchWeights {
     }
   }
 
-  /// Each pixel of a patch weighs less the further its length is from that in the middle of its patch. Not separable:
-  /// the time goes with the square of the side.
+  /// Weights each pixel of a patch less the more its length differs from that of the patch's centre. Not separable: the
+  /// time grows with the square of the side.
   template <int Radius, class D>
   HWY_INLINE void RobustRow(D d, const WindowFrame& f, std::ptrdiff_t r, const Offset& offset, bool first, float* to) {
     const std::ptrdiff_t radius = Radius != 0 ? Radius : radius_, side = 2 * radius + 1;
-    KeepRows<true>(d, f, r, offset, first);  // what is invalid has no closeness
+    KeepRows<true>(d, f, r, offset, first);  // invalid pixels have closeness 0
     const Finish finish(f, r, offset, to);
     for (std::ptrdiff_t x = begin_; x < end_; x += static_cast<std::ptrdiff_t>(hn::Lanes(d))) {
       auto sum = hn::Zero(d), all = hn::Zero(d);
@@ -311,13 +311,13 @@ template <bool Adaptive> class PatchWeights {
   }
 
   std::ptrdiff_t begin_, end_, radius_, side_, stride_, shares_;
-  std::ptrdiff_t slots_[max_side] = {};  // where the rows of the patches about the present row are kept
+  std::ptrdiff_t slots_[max_side] = {};  // slots with the rows of the patches around the present row
   bool complete_;
   Closeness closeness_;
   std::vector<float>& memory_;
 };
 
-/// Weights of robust patches in frames whose noise is known: those that noise explains are 1, and stay so.
+/// Weights of robust patches in frames with known noise: differences explained by noise have the constant weight 1.
 template <bool Adaptive> class FlooredPatchWeights : public PatchWeights<Adaptive> {
  public:
   static constexpr Spread spread = Spread::floored;

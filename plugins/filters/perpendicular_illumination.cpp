@@ -4,8 +4,8 @@
 
 namespace tofgraph {
 
-/// Model with a virtual source straight behind every point, equation (5.169): right far from the camera, centimetres
-/// off near it.
+/// Model with a virtual source straight behind every point, equation (5.169): accurate far from the camera, errors of
+/// centimetres near it.
 struct PerpendicularIllumination final : LinearModel {
   void prepare(Setup& setup) {
     prepare_model(setup);

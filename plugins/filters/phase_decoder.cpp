@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoding of any exposures: three or more steps at up to three modulation frequencies, unwrapped.
+// Decoder for arbitrary exposures: three or more steps at up to three modulation frequencies, unwrapped.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/phase_decoder.cpp"
 #include <hwy/foreach_target.h>
@@ -15,7 +15,7 @@ namespace tofgraph::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 template <std::size_t Bands, bool Taps, class T>
-void DecodeAll(const PhaseSettings settings, const DecoderImages images) {  // copies: no store can change them
+void DecodeAll(const PhaseSettings settings, const DecoderImages images) {  // copies, which no store can alias
   const hn::ScalableTag<float> d;
   const hn::CappedTag<float, 1> one;
   std::size_t i = 0;
@@ -52,11 +52,11 @@ namespace tofgraph {
 
 HWY_EXPORT(DecodePhases);
 
-/// The phase of each frequency is its samples' linear least squares with a free offset. Of several frequencies the
-/// distance is the most likely one over all wraps, each frequency weighted by the variance of its phase: the closest
-/// point of a lattice, as for Droeschel, Holz, Behnke (Multi-frequency phase unwrapping for time-of-flight cameras,
-/// IROS 2010) and Crabb, Manduchi (Fast single-frequency time-of-flight range imaging, CVPRW 2015), here without their
-/// smoothness between pixels. amplitude is the mean of the frequencies.
+/// The phase of each frequency is the linear least-squares fit to its samples, with a free offset. With several
+/// frequencies the distance is the most likely one over all wraps, each frequency weighted by the variance of its
+/// phase: the closest point of a lattice, as for Droeschel, Holz, Behnke (Multi-frequency phase unwrapping for
+/// time-of-flight cameras, IROS 2010) and Crabb, Manduchi (Fast single-frequency time-of-flight range imaging, CVPRW
+/// 2015), here without their smoothness between pixels. amplitude is the mean of the frequencies.
 struct PhaseDecoder final : Decoder {
   Param<double> inconsistent_above{
       this,
@@ -147,8 +147,8 @@ struct PhaseDecoder final : Decoder {
     settings.inverse_range[band] = static_cast<float>(1 / physics::unambiguous_range(frequency));
   }
 
-  /// Chi-square of so many degrees of freedom that good samples exceed as seldom as a normal number so many standard
-  /// deviations to either side.
+  /// Quantile of chi-square with this many degrees of freedom: exceeded as rarely by good samples as this many standard
+  /// deviations, on either side, by a normal number.
   static double chi_square(std::size_t freedom, double deviations) {
     if (freedom == 0) return std::numeric_limits<float>::infinity();
     const double share = std::erfc(deviations / std::sqrt(2.0));
@@ -169,7 +169,7 @@ struct PhaseDecoder final : Decoder {
         .any_variance = known ? 0.0F : 1.0F,
         .phase_variance = static_cast<float>(*phase_error * *phase_error),
         .wrapped_below = known ? static_cast<float>(2 * std::log(*wrap_confidence / (1 - *wrap_confidence))) : -1.0F,
-        .steepest = known ? 0.36F : never,  // 0.6 rad: half a turn is five standard deviations
+        .steepest = known ? 0.36F : never,  // 0.6 rad: half a turn corresponds to five standard deviations
         .rest_above = judged ? static_cast<float>(chi_square(freedom, *inconsistent_above)) : never,
         .disagree_above = judged ? static_cast<float>(chi_square(fits_.size() - 1, *inconsistent_above)) : never,
         .wrong_above = never,

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The arithmetic of the decoder of any exposures, a vector of pixels at once; once for each of Highway's targets.
+// Arithmetic of the decoder for arbitrary exposures, on vectors of pixels; compiled for each of Highway's targets.
 #if defined(TOFGRAPH_FILTERS_PHASE_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_PHASE_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_PHASE_VECTOR_HPP
@@ -18,7 +18,7 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The most likely distance; see physics::Unwrapping, which is the same in double.
+/// Most likely distance; physics::Unwrapping is the same in double precision.
 template <class D, class V = hn::Vec<D>> struct Likeliest { V distance, cost, second; };
 
 template <std::size_t Bands, class D, class V = hn::Vec<D>>
@@ -46,10 +46,10 @@ HWY_INLINE Likeliest<D> Unwrap(D d, const PhaseSettings& s, const V* distances, 
   return result;
 }
 
-/// The phasor of each frequency, in counts.
+/// Phasor of each frequency, in counts.
 template <std::size_t Bands, class D, class V = hn::Vec<D>> struct Phasors {
   V x[Bands], y[Bands], square[Bands];
-  V amplitude, rest;  ///< mean of all; sum of squares of what the fits leave
+  V amplitude, rest;  ///< mean of all; sum of squared residuals of the fits
   TapSums<D> sums;
 };
 
@@ -86,7 +86,7 @@ HWY_INLINE Phasors<Bands, D> FitPhasors(D d, const PhaseSettings& s, const Decod
   return p;
 }
 
-/// The wrapped distance of each frequency with its variance, and its weight among the others.
+/// Wrapped distance of each frequency with its variance and weight.
 template <std::size_t Bands, class D, class V = hn::Vec<D>> struct Wrapped {
   V distance[Bands], variance[Bands], weight[Bands];
   V sum, steepest;  ///< sum of the weights; the largest variance of a phase, rad^2
@@ -119,7 +119,7 @@ HWY_INLINE Wrapped<Bands, D> WrappedDistances(D d, const PhaseSettings& s, const
   return w;
 }
 
-/// The distance over all wraps with its variance; raises what is uncertain about it.
+/// Combined distance over all wraps with its variance; raises the flags of uncertain results.
 template <class D, class V = hn::Vec<D>> struct Unwrapped { V distance, variance; };
 
 template <std::size_t Bands, class D, class V = hn::Vec<D>, class Flags>
@@ -147,7 +147,7 @@ HWY_INLINE Unwrapped<D> Combine(D d, const PhaseSettings& s, const Wrapped<Bands
   return result;
 }
 
-/// Decodes a vector of pixels from pixel i on. `Taps`: T is the type of the taps, else of the phases.
+/// Decodes a vector of pixels starting at pixel i. `Taps`: T is the type of the taps, else of the phases.
 template <std::size_t Bands, bool Taps, class T, class D>
 HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& images, std::size_t i) {
   using V = hn::Vec<D>;
@@ -162,7 +162,7 @@ HWY_INLINE void DecodeAt(D d, const PhaseSettings& s, const DecoderImages& image
   Unwrapped<D> result{wrapped.distance[0], wrapped.variance[0]};
   if constexpr (Bands > 1) result = Combine<Bands>(d, s, wrapped, flags);
   Raise(d, flags, hn::Gt(p.rest, hn::Mul(variance, hn::Set(d, s.rest_above))), flag::inconsistent);
-  // Without light, or with samples that are not numbers, there is no phase.
+  // Without light, or with NaN samples, there is no phase.
   auto measured = hn::Lt(p.amplitude, hn::Set(d, hwy::HighestValue<float>()));
   for (std::size_t b = 0; b < Bands; ++b) measured = hn::And(measured, hn::Gt(p.square[b], hn::Zero(d)));
   measured = hn::And(measured, hn::Lt(hn::Abs(result.distance), hn::Set(d, hwy::HighestValue<float>())));

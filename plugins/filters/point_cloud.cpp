@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Depth or range to points in the optical frame: each pixel's ray, scaled.
+// Depth or range to points in the optical frame: scaled rays of the pixels.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/point_cloud.cpp"
 #include <hwy/foreach_target.h>
@@ -17,7 +17,7 @@
 #define TOFGRAPH_POINT_CLOUD_ONCE
 namespace tofgraph {
 
-/// A frame's images and the tables; point = (length - offset) * direction.
+/// Images of a frame and the tables; point = (length - offset) * direction.
 struct CloudImages {
   const float* length;
   const float* direction;  // pixels x 3
@@ -35,13 +35,13 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Pixels from `begin` on, whole vectors. @returns the first pixel not done
+/// Processes whole vectors of pixels from `begin` on. @returns the first unprocessed pixel
 template <class D> HWY_INLINE std::size_t ScaleSome(D d, const CloudImages images, std::size_t begin) {
   using V = hn::Vec<D>;
   const hn::RebindToSigned<D> di;
   const hn::Rebind<std::uint16_t, D> du16;
   const std::size_t lanes = hn::Lanes(d);
-  // Three vectors of coordinates take the lengths of one: pixel 0 0 0 1 1 1 2 2 | 2 3 3 3 ..
+  // Expands one vector of lengths to three vectors of coordinates: pixels 0 0 0 1 1 1 2 2 | 2 3 3 3 ..
   HWY_ALIGN std::int32_t pixel_of[3 * hn::MaxLanes(d)];
   for (std::size_t k = 0; k < 3 * lanes; ++k) pixel_of[k] = static_cast<std::int32_t>(k / 3);
   const decltype(hn::SetTableIndices(d, pixel_of)) spread[] = {hn::SetTableIndices(d, pixel_of),
@@ -81,8 +81,8 @@ namespace tofgraph {
 HWY_EXPORT(Scale);
 
 /// Points in the optical frame (origin at the lens centre, x right, y down, z forward): from a depth z, the point of
-/// the ray whose z is depth - focal_length; from a range, range times the ray. What is invalid, or not in front of the
-/// lens, becomes NaN. Sigma becomes that along the ray: that of the depth divided by cos(theta).
+/// the ray with z = depth - focal_length; from a range, range times the ray. Invalid pixels and points not in front of
+/// the lens become NaN. Sigma becomes that along the ray: that of the depth divided by cos(theta).
 struct PointCloud final : Filter {
   static constexpr bool steady = true;
   In<float> length{this,
@@ -160,7 +160,7 @@ struct PointCloud final : Filter {
   }
 
  private:
-  /// Rays of length 1, or for depths of z = 1; and how much longer than the length a pixel's ray is.
+  /// Rays of unit length, or with z = 1 for depths; and their length relative to the given length.
   void make_directions(const tofgraph_camera& camera, bool depth) {
     offset_ = depth && *assume != "lens_depth" ? static_cast<float>(camera.focal_length) : 0.0F;
     for (std::size_t i = 0; i < rows_ * columns_; ++i) {

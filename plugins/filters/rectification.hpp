@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Images resampled to an ideal pinhole: where each pixel comes from, and how each kind of channel is mixed.
+/// @file Resampling of images to an ideal pinhole: source of each pixel, and interpolation of each kind of channel.
 #pragma once
 
 #include <tofgraph/physics/lens.hpp>
@@ -14,10 +14,10 @@
 
 namespace tofgraph {
 
-/// For each pixel (u, v) of a pinhole with the camera's focal length and principal point: the place in the camera's
-/// image that sees the same ray, and the four pixels around it with their bilinear weights. Channels are mixed by what
-/// they are: lengths are NaN when any of the four is, other images leave those out that are not numbers, flags are
-/// joined.
+/// Map from each pixel (u, v) of a pinhole with the camera's focal length and principal point to the
+/// position of the same ray in the camera's image, as the four pixels around it with their bilinear
+/// weights. Lengths are NaN if any of the four is NaN, other images ignore NaN pixels, flags are
+/// combined.
 class Rectification {
  public:
   Rectification() = default;
@@ -45,7 +45,7 @@ class Rectification {
     });
   }
 
-  /// Standard deviation of the mix of four independent values: the root of sum of weight^2 variance.
+  /// Standard deviation of the weighted mean of four independent values: the root of sum of weight^2 variance.
   void deviations(const float* in, float* out) const {
     each(out, nan, [in](const Source& s) {
       const float* p = in + s.first;
@@ -55,7 +55,7 @@ class Rectification {
     });
   }
 
-  /// Resamples a channel other than a length: over those of the four pixels that are numbers.
+  /// Resamples a channel other than a length, from those of the four pixels that are not NaN.
   void values(const float* in, float* out) const {
     each(out, nan, [in](const Source& s) {
       float sum = 0, weights = 0;
@@ -69,7 +69,7 @@ class Rectification {
     });
   }
 
-  /// Whole counts, rounded; 0 where nothing was seen: the flags say so.
+  /// Counts are rounded to integers; 0 without a source, which the flags show.
   template <class T> void counts(const T* in, T* out) const {
     each(out, T{0}, [in](const Source& s) {
       double sum = 0.5;
@@ -78,7 +78,7 @@ class Rectification {
     });
   }
 
-  /// Those of all four pixels, and why there is no source.
+  /// Combines the flags of all four pixels; without a source, the reason.
   void flags(const std::uint16_t* in, std::uint16_t* out) const {
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       const Source& s = sources_[i];
@@ -88,7 +88,7 @@ class Rectification {
     }
   }
 
-  /// Flags a pixel as invalid where its length has become NaN.
+  /// Flags a pixel as invalid if its length has become NaN.
   static void mark(const float* length, std::uint16_t* out, std::size_t pixels) {
     for (std::size_t i = 0; i < pixels; ++i)
       out[i] = static_cast<std::uint16_t>(out[i] | (length[i] == length[i] ? 0 : flag::invalid));
@@ -97,10 +97,10 @@ class Rectification {
  private:
   static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
-  /// The four pixels around a place. A neighbour of no weight is the pixel itself, so that its value cannot matter.
+  /// Four pixels around a position. A neighbour with weight 0 is replaced by the pixel itself and has no effect.
   struct Source {
-    std::uint32_t first = 0, right = 0, below = 0;  // pixel; steps to its neighbours
-    std::uint16_t bits = 0;                         // flags of a pixel that has no source
+    std::uint32_t first = 0, right = 0, below = 0;  // pixel; offsets of its neighbours
+    std::uint16_t bits = 0;                         // flags of a pixel without a source
     float weight[4] = {};
     std::size_t pixel(std::uint32_t k) const { return first + (k & 1U) * right + (k >> 1U) * below; }
   };
@@ -119,7 +119,7 @@ class Rectification {
       source.bits = flag::invalid | flag::outside_lens;
       return source;
     }
-    // Steps of a millionth of a pixel: rounding must not give a neighbour a share.
+    // Rounds to a millionth of a pixel, so that rounding errors give no weight to a neighbour.
     const auto snapped = [](double x) { return std::round(x * 1e6) / 1e6; };
     const double x = snapped(seen->x), y = snapped(seen->y);
     if (!(x >= 0 && y >= 0 && x <= static_cast<double>(columns_ - 1) && y <= static_cast<double>(rows_ - 1))) {

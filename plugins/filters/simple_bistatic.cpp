@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The loops over a table are plain: Highway compiles them for each instruction set.
+// Highway compiles the plain loops over a table for each instruction set.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "plugins/filters/simple_bistatic.cpp"
 #include <hwy/foreach_target.h>
@@ -43,9 +43,9 @@ namespace tofgraph {
 HWY_EXPORT(AddPaths);
 HWY_EXPORT(Linearise);
 
-/// The sources' angles are those of a perpendicular plane, equations (5.144), (5.158): exact for a board at the plane's
-/// depth. The depth is given, as from a laser range finder, or estimated from each frame: the mean depth of the
-/// valid pixels, begun with the perpendicular model and repeated until it stands still.
+/// Uses the sources' angles for a perpendicular plane, equations (5.144), (5.158): exact for a board at the plane's
+/// depth. The depth is given, e.g. by a laser range finder, or estimated from each frame: the mean depth of the valid
+/// pixels, starting with the perpendicular model and iterated until it converges.
 struct SimpleBistatic final : LinearModel {
   Param<double> plane_depth{this,
                             "plane_depth",
@@ -86,9 +86,9 @@ struct SimpleBistatic final : LinearModel {
  private:
   bool estimates() const { return plane_depth.keyword() == "auto"; }
 
-  /// Mean depth of a thinned-out set of valid pixels; NaN when there is none.
+  /// Mean depth of a subset of the valid pixels; NaN if there are none.
   double estimate(const Array<const float>& measured) const {
-    constexpr std::size_t step = 97;  // prime, so that no column is left out: some hundred pixels say enough
+    constexpr std::size_t step = 97;  // prime, so that no column is left out; some hundred pixels suffice
     double plane = std::numeric_limits<double>::quiet_NaN();
     for (int round = 0; round < 4; ++round) {
       double sum = 0, count = 0;
@@ -106,13 +106,13 @@ struct SimpleBistatic final : LinearModel {
     return plane > geometry.focal_length ? plane : std::numeric_limits<double>::quiet_NaN();
   }
 
-  /// The model's coefficients for a plane, in single precision: g is known to 1e-7, the depth to 1 um at 7.4 m.
+  /// Coefficients of the model for a plane, in single precision: g is known to 1e-7, the depth to 1 um at 7.4 m.
   void fill_table(float plane, LinearTable& result) const {
     const std::size_t pixels = rays.size();
     result.offset.assign(pixels, 0);
     result.slope.resize(pixels);
     const auto lens = static_cast<float>(geometry.focal_length);
-    // The offsets first hold the mean path.
+    // The offsets hold the mean path at first.
     for (const physics::WeightedSource& source : geometry.sources) {
       const auto x = static_cast<float>(source.position.x), y = static_cast<float>(source.position.y);
       const auto z = plane - static_cast<float>(source.position.z), weight = static_cast<float>(source.weight);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Sums over a window and the variance of the mean that follows from them, for files that are compiled once a processor
-/// (Highway's foreach_target).
+/// Sums over a window and the resulting variance of the mean, for files that are compiled once per processor (Highway's
+/// foreach_target).
 ///
 /// The weights depend on the noisy lengths, so the mean's variance is not that of fixed weights. To first order it is
 /// sum_j (df/dz_j)^2 sigma_j^2, with f = z + sum w d / W, d = z_j - z, W = sum w, and g the shares of a patch's pixels
@@ -35,21 +35,21 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Kinds of weights, as far as the variance of the mean depends on them.
+/// Kinds of weights, distinguished by their effect on the variance of the mean.
 enum class Spread {
-  none,     // sigma is not known
+  none,     // sigma is unknown
   pixels,   // weights by the difference of two pixels
   patches,  // by the difference of two patches
-  floored,  // the same, of which those at the floor have weight 1 and do not change
+  floored,  // as patches, but those at the floor have weight 1 and do not change
 };
 
-/// Sums over a window about a vector of pixels.
+/// Sums over a window around a vector of pixels.
 template <Spread Kind, class D> struct WindowSums {
   using V = hn::Vec<D>;
   V centre, softness, own;           // own: the variance of the centre
-  V weights, differences;            // the centre included, with weight 1 and difference 0
+  V weights, differences;            // including the centre, with weight 1 and difference 0
   V squares, variance, noise;        // sums of w d^2; of w^2 sigma^2 and w sigma^2 without the centre
-  V free_differences, free_squares;  // of the pixels whose weights are not at the floor
+  V free_differences, free_squares;  // over the pixels whose weights are not at the floor
 
   HWY_INLINE void Start(D d, V centre_length, V centre_softness, V centre_variance) {
     centre = centre_length;
@@ -59,8 +59,8 @@ template <Spread Kind, class D> struct WindowSums {
     differences = squares = variance = noise = free_differences = free_squares = hn::Zero(d);
   }
 
-  /// Adds a pixel; its length as a difference from the middle, so that what is constant stays what it is to the last
-  /// bit.
+  /// Adds a pixel; its length enters as the difference from the centre, so that a constant image is reproduced to the
+  /// last bit.
   HWY_INLINE void Add(D d, V weight, V difference, const float* from) {
     weights = hn::Add(weights, weight);
     differences = hn::NegMulAdd(weight, difference, differences);
@@ -78,12 +78,12 @@ template <Spread Kind, class D> struct WindowSums {
   }
 };
 
-/// The value where it is positive or NaN, else 0.
+/// Returns the value if it is positive or NaN, else 0.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V PositivePart(D d, V value) {
   return hn::IfThenZeroElse(hn::Lt(value, hn::Zero(d)), value);
 }
 
-/// The part of the neighbours' variance that is left as their own weights change with them.
+/// Factor of the neighbours' variance due to the change of their own weights.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V NeighboursShare(D d, V u) {
   const V one = hn::Set(d, 1.0F), more = hn::Add(one, u);
   return hn::Div(hn::MulAdd(hn::Add(u, u), u, one), hn::Mul(more, more));
@@ -91,7 +91,7 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V NeighboursShare(D d, V u) 
 
 constexpr float sensitivity = 2 * std::numbers::ln2_v<float>;  // c, with lengths in units of h / sqrt(ln 2)
 
-/// The variance of the mean where weights compare pixels, m^2. @param inverse 1 / W
+/// Variance of the mean if weights compare pixels, m^2. @param inverse 1 / W
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V MeanVariance(D d, const WindowSums<Spread::pixels, D>& sums, V inverse) {
   const V mean = hn::Mul(sums.differences, inverse);
@@ -103,14 +103,14 @@ HWY_INLINE V MeanVariance(D d, const WindowSums<Spread::pixels, D>& sums, V inve
   return hn::MulAdd(neighbours, NeighboursShare(d, a), moved);
 }
 
-/// The shares of a patch's pixels: of the middle, and the sum of the squares of all others. In a robust patch what is
-/// noisy counts less: by 1 / (1 + closeness) on average, closeness = sigma^2 / (4 h^2), 0 in others. Its own change
-/// with the middle would add closeness / 2 times the others' share to that of the middle, for every noise; by Monte
-/// Carlo 0.4 of that is right, between patches that noise alone tells apart and those on slopes.
+/// Shares of a patch's pixels: that of the centre, and the sum of the squares of all others. In a robust patch noisy
+/// pixels count less: by 1 / (1 + closeness) on average, closeness = sigma^2 / (4 h^2), 0 in others. Their dependence
+/// on the centre would add closeness / 2 times the others' share to that of the centre, for every noise; by Monte Carlo
+/// 0.4 of that is right, a compromise between patches that differ only by noise and those on slopes.
 template <class D> struct PatchShares {
   hn::Vec<D> middle, pull, squares;
 
-  /// @param valid the shares' sum over the valid pixels of the patch
+  /// @param valid sum of the shares over the valid pixels of the patch
   HWY_INLINE PatchShares(D d, const Patch& patch, hn::Vec<D> valid, hn::Vec<D> closeness) {
     float sum = 0;
     for (const float factor : patch.factors) sum += factor * factor;
@@ -124,7 +124,7 @@ template <class D> struct PatchShares {
   }
 };
 
-/// The variance of the mean where weights compare patches, m^2. @param valid see PatchShares
+/// Variance of the mean if weights compare patches, m^2. @param valid see PatchShares
 template <Spread Kind, class D, class V = hn::Vec<D>>
 HWY_INLINE V MeanVariance(D d, const WindowFrame& f, const WindowSums<Kind, D>& sums, V inverse, V valid) {
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), tiny = hn::Set(d, 1e-30F);
@@ -136,7 +136,7 @@ HWY_INLINE V MeanVariance(D d, const WindowFrame& f, const WindowSums<Kind, D>& 
                       hn::Mul(sums.softness, sums.softness));
   const V mean = hn::Mul(sums.differences, inverse);
   const V spread = PositivePart(d, hn::NegMulAdd(mean, mean, hn::Mul(sums.squares, inverse)));
-  V free = spread;  // the part whose weights change
+  V free = spread;  // part with variable weights
   if constexpr (Kind == Spread::floored) {
     const V moment = hn::NegMulAdd(mean, sums.free_differences, sums.free_squares);
     free = hn::Min(PositivePart(d, hn::Mul(moment, inverse)), spread);

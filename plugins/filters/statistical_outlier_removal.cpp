@@ -11,7 +11,7 @@
 namespace tofgraph {
 
 /// Marks points whose mean distance to their neighbours is more than mean + deviations x sd over the cloud
-/// (pcl::StatisticalOutlierRemoval) as invalid, with the flag for a user's rule. The cloud keeps its shape.
+/// (pcl::StatisticalOutlierRemoval) as invalid, with the flag user. The cloud keeps its shape.
 struct StatisticalOutlierRemoval final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "lengths of removed points become NaN"}};
@@ -48,7 +48,7 @@ struct StatisticalOutlierRemoval final : Filter {
       cloud->emplace_back(at[0], at[1], at[2]);
       pixels.push_back(i);
     }
-    if (static_cast<std::int64_t>(cloud->size()) <= *neighbours) return;  // too few to say what is usual
+    if (static_cast<std::int64_t>(cloud->size()) <= *neighbours) return;  // too few for statistics
     pcl::StatisticalOutlierRemoval<pcl::PointXYZ> filter(true);
     filter.setInputCloud(cloud);
     filter.setMeanK(static_cast<int>(*neighbours));

@@ -11,7 +11,7 @@
 
 namespace tofgraph {
 
-/// Images with a border of NaN, so that windows need no case of their own at the image's edge.
+/// Images with a border of NaN, so that windows need no special case at the image's edge.
 class Surface {
  public:
   static constexpr std::size_t border = 7;
@@ -31,11 +31,11 @@ class Surface {
   float* path(std::size_t row) { return &path_[row * columns_]; }
   std::int32_t* beyond() { return beyond_.data(); }  ///< values of one row
 
-  /// Means over a square of pixels whose depth and reflectivity are near the middle's, first along rows, then along
-  /// columns. @param window its side, odd, at most 2 border + 1 @param by_reflectivity whether that is compared too
+  /// Averages over a square of pixels whose depth and reflectivity are close to the centre's, first along rows, then
+  /// along columns. @param window its side, odd, at most 2 border + 1 @param by_reflectivity whether to compare it too
   /// @param average computes one AverageRow
   template <class Average> void average(std::size_t window, bool by_reflectivity, Average&& average) {
-    constexpr float same_depth = 0.03F, same_reflectivity = 0.25F;  // relative to the pixel's own
+    constexpr float same_depth = 0.03F, same_reflectivity = 0.25F;  // relative to the pixel's own value
     AverageRow row{.columns = columns_,
                    .half = static_cast<std::ptrdiff_t>(window / 2),
                    .depth_limit = same_depth,

@@ -11,10 +11,10 @@
 
 namespace tofgraph {
 
-/// A Kalman filter for each pixel, whose state is a length that walks by `process_noise` from frame to frame. Safe
-/// against motion: a pixel starts anew from what is measured where that differs from the prediction by more than `gate`
-/// standard deviations (a jump), or where the differences keep one sign: their sum, of which each frame forgets a
-/// quarter, is beyond as many of its own (a drift). A pixel that is invalid in a frame leaves invalid and starts anew.
+/// Kalman filter for each pixel, whose state is a length with a random walk of `process_noise` per frame. Robust
+/// against motion: a pixel restarts from the measurement if that differs from the prediction by more than `gate`
+/// standard deviations (a jump), or if the differences keep one sign (a drift): their sum, decaying by a quarter per
+/// frame, exceeds as many of its own. A pixel that is invalid in a frame stays invalid there and restarts.
 ///
 /// sigma becomes that of the filtered length.
 struct TemporalKalman final : LengthFilter {
@@ -66,9 +66,9 @@ struct TemporalKalman final : LengthFilter {
  private:
   struct State {
     double length = std::nan(""), variance = std::nan("");  // m, m^2
-    double drift = 0;                                       // sum of innovations in their standard deviations
+    double drift = 0;                                       // decaying sum of normalised innovations
   };
-  static constexpr double kept = 0.75;  // of the drift, from frame to frame
+  static constexpr double kept = 0.75;  // fraction of the drift kept from frame to frame
 
   void follow(State& state, double measured, double noise) const {
     const double predicted = state.variance + *process_noise * *process_noise;
@@ -76,7 +76,7 @@ struct TemporalKalman final : LengthFilter {
     const double normal = innovation / std::sqrt(expected);
     const double drift = kept * state.drift + normal;
     const double drift_limit = *gate / std::sqrt(1 - kept * kept);
-    // Also where one of them is NaN: the pixel was invalid, or is.
+    // Also true if one of them is NaN: the pixel was or is invalid.
     if (!(std::abs(normal) <= *gate && std::abs(drift) <= drift_limit)) {
       state = {measured, std::isnan(measured) ? measured : noise, 0};
       return;

@@ -13,9 +13,9 @@
 
 namespace tofgraph {
 
-/// p_world = R p_camera + t - shift for every point. R is given by the rows of a 3 x 3 matrix or by angles about the
-/// fixed axes, first x, then y, then z: R = R_z R_y R_x, right-handed. The points are float32, t and shift float64:
-/// with a shift to a round number nearby, points keep their digits in frames such as UTM.
+/// Computes p_world = R p_camera + t - shift for every point. R is given by the rows of a 3 x 3 matrix or by angles
+/// about the fixed axes, first x, then y, then z: R = R_z R_y R_x, right-handed. The points are float32, t and shift
+/// float64: with a shift to a round number nearby, points keep their precision in frames such as UTM.
 struct Transform final : Filter {
   InOut<float> points{this, "points", {.refuses = "transform", .adds = "T_world_camera"}};
   InOut<float> normals{
@@ -99,7 +99,7 @@ struct Transform final : Filter {
 
   static constexpr double max_step = 0.2e-3;  // m, between neighbouring values of float32
 
-  /// The distance to the next float32, m.
+  /// Distance to the next float32, m.
   static double step_at(double coordinate) {
     const auto value = static_cast<float>(std::abs(coordinate));
     return static_cast<double>(std::nextafter(value, std::numeric_limits<float>::infinity())) - value;
@@ -147,7 +147,7 @@ struct Transform final : Filter {
             cb * ca};
   }
 
-  /// Rows of length one, at right angles, and no mirror.
+  /// Checks that R is a rotation: orthonormal rows, no mirror.
   static void check_rotation(const char* parameter, const std::vector<double>& r) {
     double worst = 0;
     for (std::size_t i = 0; i < 3; ++i) {

@@ -12,10 +12,10 @@
 
 namespace tofgraph {
 
-/// Reduces a cloud to a point per voxel: the centroid of its points, 1 x N, without invalid points, in the order of z,
-/// then y, then x of the voxels, which begin at multiples of their size. The channels of the points go with them:
-/// lengths and counts as means, sigma as that of a mean of independent values, flags joined. Channels that do not
-/// belong to the points are taken off.
+/// Reduces a cloud to one point per voxel: the centroid of its points, 1 x N, without invalid points, sorted by z, then
+/// y, then x of the voxels, which begin at multiples of their size. The channels of the points are reduced too: lengths
+/// and counts as means, sigma as that of a mean of independent values, flags combined. Channels that do not belong to
+/// the points are removed.
 struct VoxelGrid final : Filter {
   InOut<float> points{this, "points"};
   InOut<void> every{this, "*", {.text = "what belongs to the points"}};
@@ -71,15 +71,15 @@ struct VoxelGrid final : Filter {
     return {.type = type, .rank = rank, .name = name, .extent = {1, count, rank == 3 ? 3U : 0U}, .unit = unit};
   }
 
-  /// A voxel by its place, slowest axis first, and a pixel in it. Only voxels with points are stored, so that the
-  /// extent of the cloud does not matter.
+  /// Voxel index, slowest axis first, and a pixel in the voxel. Only voxels with points are stored, so that the extent
+  /// of the cloud does not matter.
   struct Member {
     std::array<std::int64_t, 3> voxel;  // z, y, x
     std::size_t pixel;
     auto operator<=>(const Member&) const = default;  // NOLINT(*-use-nullptr): a zero that the compiler writes
   };
 
-  /// For each voxel with enough points its pixels.
+  /// Pixels of each voxel with enough points.
   std::vector<std::vector<std::size_t>> groups_of(const Array<const float>& all) const {
     std::vector<Member> members;
     const auto place = [this](float at) { return static_cast<std::int64_t>(std::floor(double{at} / *size)); };

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The stage that the filters with weights exp(-d^2 / h^2) over a square window are made from.
+/// @file Base class of the filters with weights exp(-d^2 / h^2) over a square window.
 #pragma once
 
 #include <tbb/concurrent_queue.h>
@@ -21,21 +21,21 @@
 
 namespace tofgraph {
 
-/// Ports, parameters and all arithmetic that is done once a pixel. The result of pixel x is
-/// sum_y w(x, y) u(y) / sum_y w(x, y) over the valid pixels y of its window, itself included with weight 1.
+/// Ports, parameters and the arithmetic per pixel. The result of pixel x is sum_y w(x, y) u(y) / sum_y w(x, y) over the
+/// valid pixels y of its window, including x itself with weight 1.
 ///
 /// sigma becomes the standard deviation of the mean for noise that is independent from pixel to pixel. The weights
-/// follow the noise, above all that of x itself, so it is larger than sqrt(sum w^2 sigma^2) / sum w. To first order,
+/// depend on the noise, above all that of x itself, so it is larger than sqrt(sum w^2 sigma^2) / sum w. To first order,
 /// for the weights exp(-d^2 / h^2) of single pixels, with W = sum w, V the weighted variance of the window's lengths
 /// and a = 2 V / h^2:
 ///
 ///   sigma_x^2 (1 / W + a)^2 + (1 + 2 a^2) / (1 + a)^2 sum_{y != x} (w sigma_y / W)^2 - a^2 min(sigma_x^2, S),
 ///
 /// S = sum (w sigma / W)^2. The last term is of second order. For weights of patches see spread_vector.hpp. By Monte
-/// Carlo it is within 10 % of the spread on flat boards, on slopes of up to one sigma per pixel and where two
-/// amplitudes meet, for h of 0.7 to 5 sigma; at edges at least 0.8 of the spread. The shift of the mean at a slope or
-/// an edge (its bias) is not part of it. Where a sigma is unknown (NaN at a valid pixel), so are those of its
-/// neighbours afterwards.
+/// Carlo it agrees within 10 % with the spread on flat boards, on slopes of up to one sigma per pixel and where two
+/// amplitudes meet, for h of 0.7 to 5 sigma; at edges it is at least 0.8 of the spread. The shift of the mean at a
+/// slope or an edge (its bias) is not part of it. An unknown sigma (NaN at a valid pixel) makes those of its neighbours
+/// unknown too.
 struct WindowFilter : LengthFilter {
   Param<double> strength{this,
                          "strength",
@@ -63,9 +63,9 @@ struct WindowFilter : LengthFilter {
 
  protected:
   static constexpr double min_strength = 1e-6;   // m
-  static constexpr float min_sigma = 1.0F / 64;  // of the median, in sigma_adaptive
+  static constexpr float min_sigma = 1.0F / 64;  // relative to the median, in sigma_adaptive
 
-  /// @param name, side the parameter that says how wide the window is, and its value, px
+  /// @param name, side the parameter of the window's width and its value, px
   void prepare_window(Setup& setup, const std::string& name, std::int64_t side) {
     check_window(*setup.find(image.channel()), name, side);
     window_ = HalfWindow{side / 2};
@@ -74,7 +74,7 @@ struct WindowFilter : LengthFilter {
     prepare_lengths(setup);
   }
 
-  /// The second factor of a weight, exp(-exponent(dy, dx)).
+  /// Sets the second factor of a weight, exp(-exponent(dy, dx)).
   template <class Exponent> void set_spatial(Exponent&& exponent) {
     for (std::ptrdiff_t dy = 0; dy <= window_.radius; ++dy) {
       for (std::ptrdiff_t dx = window_.first_column(dy); dx <= window_.radius; ++dx) {
@@ -84,9 +84,9 @@ struct WindowFilter : LengthFilter {
     }
   }
 
-  /// Filters a frame. @param border columns and rows beyond the window that the weights look at
-  /// @param extend what a filter adds: extend(WindowFrame&, h in m, median of sigma in m or 0)
-  /// @param filter what to do with a tile: filter(const WindowFrame&, const Tile&)
+  /// Filters a frame. @param border columns and rows beyond the window that the weights access
+  /// @param extend additional set-up of a filter: extend(WindowFrame&, h in m, median of sigma in m or 0)
+  /// @param filter processes a tile: filter(const WindowFrame&, const Tile&)
   template <class Extend, class FilterTile>
   void filter(const Frame& frame, std::ptrdiff_t border, Extend&& extend, FilterTile&& filter) const {
     const Lengths in = begin(frame);
@@ -117,7 +117,7 @@ struct WindowFilter : LengthFilter {
   }
 
   std::ptrdiff_t window_radius() const { return window_.radius; }
-  bool uses_noise_ = false;  // the median of sigma is needed for more than h
+  bool uses_noise_ = false;  // the median of sigma is needed not only for h
 
  private:
   void check_strength() const {
@@ -154,12 +154,12 @@ struct WindowFilter : LengthFilter {
     }
     if (f.adaptive) {
       pad(f, f.softness, border, 1, [&](std::size_t i) {
-        return typical / std::max(typical * min_sigma, deviations[i]);  // NaN: the least
+        return typical / std::max(typical * min_sigma, deviations[i]);  // NaN: the minimum
       });
     }
   }
 
-  /// The median of the frame's sigma where that is needed, m.
+  /// Median of the frame's sigma if it is needed, m; else 0.
   double median_sigma(const Array<float>& deviations) const {
     if (strength.keyword() != "auto" && !*sigma_adaptive && !uses_noise_) return 0;
     std::vector<float> known;
@@ -171,7 +171,7 @@ struct WindowFilter : LengthFilter {
 
   HalfWindow window_{};
   std::vector<float> spatial_;
-  mutable tbb::concurrent_queue<std::unique_ptr<WindowFrame>> spare_;  // memory from frame to frame
+  mutable tbb::concurrent_queue<std::unique_ptr<WindowFrame>> spare_;  // reused from frame to frame
 };
 
 }  // namespace tofgraph

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Common part of filters that average over a window: images with a border, a frame in flight, its tiles.
+/// Common part of filters that average over a window: images with a border, a frame being processed, its tiles.
 #pragma once
 
 #include <algorithm>
@@ -10,14 +10,14 @@
 
 namespace tofgraph {
 
-/// An image with a border so wide that no access in it needs a check. Rows and columns count from the first pixel of
-/// the image, those of the border are negative or beyond the end.
+/// Image with a border wide enough that no access needs a bounds check. Rows and columns count from the first pixel of
+/// the image; those of the border are negative or beyond the end.
 class PaddedImage {
  public:
-  /// Columns right of the border that whole vectors may read or write.
+  /// Columns right of the border for reads and writes of whole vectors.
   static constexpr std::ptrdiff_t slack = 64;
 
-  /// Sets the size and fills all with `value`; memory is kept from frame to frame.
+  /// Sets the size and fills all with `value`; memory is reused from frame to frame.
   void reset(std::ptrdiff_t rows, std::ptrdiff_t columns, std::ptrdiff_t border, float value) {
     border_ = border;
     stride_ = columns + 2 * border + slack;
@@ -31,13 +31,13 @@ class PaddedImage {
   std::ptrdiff_t border_ = 0, stride_ = 0;
 };
 
-/// A part of the image, [first_row, last_row) x [first_column, last_column).
+/// Part of the image, [first_row, last_row) x [first_column, last_column).
 struct Tile {
   std::ptrdiff_t first_row, last_row, first_column, last_column;
 };
 
-/// Offsets (dy, dx) of a square window whose pairs of pixels are looked at once: dy > 0, or dy = 0 and dx > 0. The
-/// offset (-dy, -dx) is the same pair, seen from the other pixel.
+/// Offsets (dy, dx) of a square window, one per pair of pixels: dy > 0, or dy = 0 and dx > 0. The offset (-dy, -dx) is
+/// the same pair seen from the other pixel.
 struct HalfWindow {
   std::ptrdiff_t radius;
 
@@ -48,41 +48,41 @@ struct HalfWindow {
   }
 };
 
-/// Comparison of patches, for the filters that use them.
+/// Settings for the comparison of patches.
 struct Patch {
   std::ptrdiff_t radius = 0;
-  std::vector<float> factors;  // weights along one axis, from -radius to radius, of sum 1
-  bool uniform = false;        // all alike: running sums instead
-  bool robust = false;         // those across an edge from the middle count less
-  float closeness = 0;         // (h / the step that is an edge)^2
-  float floor = 0;             // exponent that noise alone gives: as much is taken off
-  float guide_scale = 0;       // of the squared differences of a guide over their variance; 0: there is none
+  std::vector<float> factors;  // weights along one axis, from -radius to radius, with sum 1
+  bool uniform = false;        // all weights equal: uses running sums
+  bool robust = false;         // pixels across an edge from the centre have less weight
+  float closeness = 0;         // (h / step regarded as an edge)^2
+  float floor = 0;             // expected exponent due to noise, which is subtracted
+  float guide_scale = 0;       // for a guide's squared differences divided by their variance; 0: no guide
 };
 
-/// A frame that a window filter works on. Lengths are in units of h / sqrt(ln 2), so that a weight exp(-d^2 / h^2) is
-/// 2^(-d^2).
+/// Frame being processed by a window filter. Lengths are in units of h / sqrt(ln 2), so that a weight exp(-d^2 / h^2)
+/// is 2^(-d^2).
 struct WindowFrame {
-  /// Stands for the length of an invalid pixel: so far from all others that its weight, at least 2^-100 in single
-  /// precision, changes no mean in any of its bits, and so near that its square, 1e-8 with that weight, changes no
-  /// sigma.
+  /// Replaces the length of an invalid pixel: so far from all others that its weight, at least 2^-100 in
+  /// single precision, changes no bit of a mean, and so near that its square, 1e-8 with that weight, changes
+  /// no sigma.
   static constexpr float far_away = 1e11F;
 
   std::ptrdiff_t rows, columns;
   HalfWindow window;
-  const float* spatial;  // exponent of the second factor, of each offset by its index; 0 without one
+  const float* spatial;  // exponent of the second factor, per offset index; 0 without one
 
-  PaddedImage scaled;                 // lengths; far_away where invalid and in the border
+  PaddedImage scaled;                 // lengths; far_away at invalid pixels and in the border
   PaddedImage variance;               // m^2, of the lengths; empty without sigma
-  PaddedImage softness;               // h / h of the pixel; empty when h is the same everywhere
-  PaddedImage guide, guide_variance;  // another image that tells what belongs together, and its noise
+  PaddedImage softness;               // h / h of the pixel; empty if h is the same everywhere
+  PaddedImage guide, guide_variance;  // another image used for the similarity, and its noise
   Patch patch;
   float unit;      // m; of the scaled lengths
-  float* lengths;  // m, NaN where invalid: what is filtered
-  float* sigma;    // m; null without
+  float* lengths;  // m, NaN where invalid: filtered in place
+  float* sigma;    // m; null if there is none
   bool adaptive;
 };
 
-/// Divides an image in tiles that a core's second-level cache holds with their weights.
+/// Divides an image into tiles that fit a core's second-level cache together with their weights.
 inline std::vector<Tile> tiles_of(std::ptrdiff_t rows, std::ptrdiff_t columns, const HalfWindow& window) {
   constexpr std::ptrdiff_t max_rows = 128, floats_in_cache = 49152, min_columns = 64;
   const std::ptrdiff_t row_of_weights = (window.radius + 1) * std::max<std::ptrdiff_t>(window.count(), 1);
@@ -97,8 +97,8 @@ inline std::vector<Tile> tiles_of(std::ptrdiff_t rows, std::ptrdiff_t columns, c
   return tiles;
 }
 
-/// Rows of what belongs to each pair of pixels, for the last rows of a tile that a window reaches; the pair of a pixel
-/// and the one at (dy, dx) from it is kept at the first of the two.
+/// Rows of values for each pair of pixels, for the last rows of a tile within reach of a window; the pair of a pixel
+/// and the one at (dy, dx) from it is stored at the former.
 class PairRows {
  public:
   void reset(const Tile& tile, const HalfWindow& window) {
@@ -108,7 +108,7 @@ class PairRows {
     offsets_ = window.count();
     values_.resize(static_cast<std::size_t>(rows_ * offsets_ * stride_));
   }
-  /// The image row r, of the offset with this index, so that [column] is that of the image. r from -2 radius on.
+  /// Row r for the offset with this index, shifted so that [column] is that of the image. r from -2 radius on.
   float* row(std::ptrdiff_t r, std::ptrdiff_t index) {
     return values_.data() + ((r + 2 * rows_) % rows_ * offsets_ + index) * stride_ - begin_;
   }

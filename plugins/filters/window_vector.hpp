@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The vector code of the filters that average over a window, for files that are compiled once a processor (Highway's
+/// The vector code of the filters that average over a window, for files that are compiled once per processor (Highway's
 /// foreach_target): include it after <hwy/foreach_target.h>.
 ///
-/// Weights are symmetric, w(x, y) = w(y, x), so each is made once: row by row, all weights of pairs whose first pixel
-/// is in the row; then the row's averages from these and from those of the rows above, which are kept.
+/// Weights are symmetric, w(x, y) = w(y, x), so each is computed once: row by row, all weights of pairs whose first
+/// pixel is in the row; then the row's averages from these and from the stored ones of the rows above.
 #if defined(TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP
 #undef TOFGRAPH_FILTERS_WINDOW_VECTOR_HPP
@@ -23,13 +23,13 @@ namespace tofgraph::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// 2^-min(q, 100) for q >= 0, to 3e-6 of the value: q is an integer k and a rest of at most 1/2, 2^-rest the polynomial
-/// of degree 4 with the least relative error, 2.6e-6, and 2^-k goes into the exponent. An average over weights that are
-/// off by a part e is off by at most e times the mean distance of what is averaged from its mean, which is below 3 h
-/// for weights exp(-d^2 / h^2) in any window: with h = 1 m below 0.01 mm.
+/// 2^-min(q, 100) for q >= 0, with a relative error of 3e-6: q is split into an integer k and a remainder of at most
+/// 1/2; 2^-remainder is the polynomial of degree 4 with the minimum relative error, 2.6e-6, and 2^-k is put into the
+/// exponent. If the weights have a relative error e, an average is wrong by at most e times the mean distance of the
+/// values from their mean, which is below 3 h for weights exp(-d^2 / h^2) in any window: below 0.01 mm for h = 1 m.
 template <class D, class V = hn::Vec<D>> HWY_INLINE V PowerOfHalf(D d, V q) {
   const hn::RebindToSigned<D> di;
-  const V magic = hn::Set(d, 12582912.0F);  // 1.5 * 2^23: adding it rounds to an integer, kept in the lowest bits
+  const V magic = hn::Set(d, 12582912.0F);  // 1.5 * 2^23: adding it rounds to an integer, which is in the lowest bits
   q = hn::Min(q, hn::Set(d, 100.0F));
   const V shifted = hn::Sub(magic, q);
   const V rest = hn::Add(q, hn::Sub(shifted, magic));
@@ -41,8 +41,8 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE V PowerOfHalf(D d, V q) {
   return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
 }
 
-/// Calls body(x) for every vector of [begin, end), the last of which may reach beyond the end; two at a time, so that
-/// their arithmetic overlaps: body takes their number as its template argument.
+/// Calls body(x) for every vector of [begin, end), the last of which may reach beyond the end; two vectors at a time,
+/// so that their arithmetic overlaps: body's template argument is their number.
 template <class D, class Body> HWY_INLINE void ForVectors(D d, std::ptrdiff_t begin, std::ptrdiff_t end, Body&& body) {
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
   std::ptrdiff_t x = begin;
@@ -50,9 +50,9 @@ template <class D, class Body> HWY_INLINE void ForVectors(D d, std::ptrdiff_t be
   if (x < end) body.template operator()<1>(x);
 }
 
-/// Weights by the difference of two pixels. The pair of a pixel and one below it (or right of it in its row) is made
-/// when the first is averaged, and kept for the second, unless both are in one row: a load across what was stored just
-/// before costs more than making it again. Adaptive: not symmetric, so none is kept.
+/// Weights by the difference of two pixels. The weight of a pixel and one below it (or right of it in its row) is
+/// computed when the first is averaged, and stored for the second unless both are in one row: loading across a recent
+/// store costs more than computing it again. Adaptive weights are not symmetric, so none is stored.
 template <bool Adaptive> class PixelWeights {
  public:
   static constexpr bool makes_pairs = !Adaptive;
@@ -72,7 +72,7 @@ template <bool Adaptive> class PixelWeights {
     if constexpr (makes_pairs && !SameRow) return hn::LoadU(d, pair);
     return Make(d, difference, softness, spatial);
   }
-  /// The variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
+  /// Variance of the means of a vector of pixels, m^2. @param inverse 1 / the sum of the weights
   template <class D, class V> static HWY_INLINE V Variance(D d, const WindowFrame&, std::ptrdiff_t, std::ptrdiff_t,
                                                            const WindowSums<spread, D>& sums, V inverse) {
     return MeanVariance(d, sums, inverse);
@@ -85,7 +85,7 @@ template <bool Adaptive> class PixelWeights {
   }
 };
 
-/// Rows that the sums of a row of pixels are made from: `below` and `above` are the rows that are dy away, at the first
+/// Rows needed for the sums of a row of pixels: `below` and `above` point to the rows at distance dy, at the first
 /// pixel.
 struct WindowRows {
   const float *below, *above, *variance_below, *variance_above;
@@ -95,7 +95,7 @@ struct WindowRows {
 
   WindowRows(const WindowFrame& f, PairRows& pairs, std::ptrdiff_t r, std::ptrdiff_t dy, std::ptrdiff_t x)
       : first(f.window.first_column(dy)), last(f.window.radius), stride(pairs.stride()) {
-    const PaddedImage& variances = f.sigma != nullptr ? f.variance : f.scaled;  // without sigma: not read
+    const PaddedImage& variances = f.sigma != nullptr ? f.variance : f.scaled;  // not read without sigma
     const std::ptrdiff_t index = f.window.index(dy, first);
     below = f.scaled.row(r + dy) + x;
     above = f.scaled.row(r - dy) + x;
@@ -107,7 +107,7 @@ struct WindowRows {
   }
 };
 
-/// Adds the pixels of two rows to the sums of as many vectors as there are.
+/// Adds the pixels of two rows to the sums of Count vectors.
 template <class Weights, bool SameRow, int Count, Spread Kind, class D>
 HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<Kind, D> (&sums)[Count]) {
   const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(d));
@@ -129,7 +129,7 @@ HWY_INLINE void AddRows(D d, WindowRows rows, WindowSums<Kind, D> (&sums)[Count]
 }
 
 /// Averages of the pixels [begin, end) of a row, from the pairs of this row and of those above; `shift` and `deviation`
-/// begin with the first.
+/// start at the first pixel.
 template <class Weights, bool Sigma, bool Adaptive, class D>
 HWY_INLINE void AverageRow(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptrdiff_t begin, std::ptrdiff_t end,
                            PairRows& pairs, float* shift, float* deviation) {
@@ -158,8 +158,8 @@ HWY_INLINE void AverageRow(D d, const WindowFrame& f, std::ptrdiff_t r, std::ptr
   ForVectors(d, begin, end, average);
 }
 
-/// Filters a tile. Where pairs are made with the averages, these are also made, and thrown away, for the pixels left
-/// of, right of and above the tile whose pairs reach into it.
+/// Filters a tile. If pairs are computed together with the averages, averages are also computed, and discarded, for
+/// pixels left of, right of and above the tile whose pairs reach into it.
 template <template <bool> class WeightsOf, bool Sigma, bool Adaptive>
 void FilterTileAs(const WindowFrame& f, const Tile& tile) {
   using Weights = WeightsOf<Adaptive>;

@@ -22,8 +22,8 @@ namespace tofgraph {
 
 HWY_EXPORT(FilterPixels);
 
-/// Equation (7.1): the weight of a pixel of the window is exp(-d^2 / h^2), d its difference from the pixel in the
-/// middle (the minus sign is missing in print). The window is clipped at the image's border.
+/// Equation (7.1): the weight of a pixel in the window is exp(-d^2 / h^2), with its difference d from the central pixel
+/// (the minus sign is missing in print). The window is clipped at the image's border.
 struct Yaroslavsky final : WindowFilter {
   Param<std::int64_t> window{
       this, "window", {.default_value = "7", .min = 1, .max = 63, .text = "side of the square window in pixels, odd"}};

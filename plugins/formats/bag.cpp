@@ -20,7 +20,7 @@ struct Bag final : ros::RosFile {
     while (at + 8 <= file_.size()) {
       const Record record = record_at(at);
       if (record.operation == chunk_record) take_chunk(at);
-      if (record.operation == connection_record) {  // also repeated behind the chunks
+      if (record.operation == connection_record) {  // repeated after the chunks
         std::vector<std::uint8_t> data;
         file_.read(record.data, record.size, data);
         take_connection(record.fields, data);
@@ -47,7 +47,7 @@ struct Bag final : ros::RosFile {
   struct Record {
     int operation = 0;
     Fields fields;
-    std::uint64_t data = 0, size = 0;  // place and bytes
+    std::uint64_t data = 0, size = 0;  // offset and size in bytes
   };
 
   static Fields fields_of(ros::Bytes bytes) {

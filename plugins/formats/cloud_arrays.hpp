@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Point clouds as arrays of a file format: the points, and each further field.
+/// @file Point clouds as arrays of a file format: the coordinates, and each further field.
 #pragma once
 
 #include <tofgraph/format.hpp>
@@ -19,23 +19,23 @@
 
 namespace tofgraph {
 
-/// A number of each point.
+/// Field of a point: one number.
 struct CloudField {
   std::string name;
   std::uint32_t kind = TOFGRAPH_ELEMENT_FLOAT, bytes = 4;
-  std::uint64_t offset = 0;  ///< in a point
+  std::uint64_t offset = 0;  ///< offset in a point
 };
 
-/// Points one after the other, in the byte order of this machine.
+/// Points stored one after the other, in the byte order of this machine.
 struct Cloud {
-  std::uint64_t width = 0, height = 1, step = 0;  ///< px; bytes of a point
+  std::uint64_t width = 0, height = 1, step = 0;  ///< px; bytes per point
   std::vector<CloudField> fields;
   std::vector<std::uint8_t> data;
 
   std::uint64_t points() const { return width * height; }
 };
 
-/// Stores a number, written as text, as an element. @returns false where it is none, or does not fit
+/// Stores a number given as text in an element. @returns false if it is not a number or does not fit
 inline bool store_number(std::string_view text, const CloudField& field, std::uint8_t* to) {
   const auto store = [&]<class T>(T value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -58,7 +58,7 @@ inline bool store_number(std::string_view text, const CloudField& field, std::ui
   }
 }
 
-/// A whole file in memory. @throws std::runtime_error
+/// Reads a whole file. @throws std::runtime_error
 inline std::string content_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::error_code error;
@@ -70,11 +70,11 @@ inline std::string content_of(const std::string& path) {
   return content;
 }
 
-/// Words of a text, one after the other.
+/// Splits a text into words.
 class Words {
  public:
   explicit Words(std::string_view text) : left_(text) {}
-  /// The next word; empty: there is none.
+  /// Next word; empty at the end.
   std::string_view next() {
     const std::size_t begin = std::min(left_.find_first_not_of(" \t\r\n"), left_.size());
     const std::size_t end = std::min(left_.find_first_of(" \t\r\n", begin), left_.size());
@@ -95,8 +95,8 @@ class Words {
   std::string_view left_;
 };
 
-/// Reads the points of a cloud, written as text. @param item a point or a vertex, for messages
-/// @returns false where the text ends too early @throws std::runtime_error a word that is not such a number
+/// Reads the points of a cloud in text form. @param item a point or a vertex, for messages
+/// @returns false if the text ends too early @throws std::runtime_error for a word that is not a suitable number
 inline bool read_text(Cloud& cloud, std::string_view text, const char* item) {
   if (cloud.points() > text.size() / std::max<std::size_t>(cloud.fields.size(), 1)) return false;
   cloud.data.resize(cloud.points() * cloud.step);
@@ -113,7 +113,7 @@ inline bool read_text(Cloud& cloud, std::string_view text, const char* item) {
   return true;
 }
 
-/// Format of files that hold a cloud. Organised clouds are images (row column), others lists of points (point).
+/// Format of files that contain a cloud. Organised clouds are images (row column), others lists of points (point).
 class CloudFormat : public FileFormat {
  public:
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) override {
@@ -130,7 +130,7 @@ class CloudFormat : public FileFormat {
   }
 
  protected:
-  /// Takes over a cloud and lists its fields. @throws std::runtime_error without points
+  /// Takes ownership of a cloud and lists its fields. @throws std::runtime_error if it has no points
   void set_cloud(Cloud cloud, const std::string& text) {
     cloud_ = std::move(cloud);
     if (cloud_.points() == 0) throw std::runtime_error("has no points");
@@ -159,7 +159,7 @@ class CloudFormat : public FileFormat {
 
  private:
   Cloud cloud_;
-  std::vector<std::size_t> of_array_;  // first field of each array
+  std::vector<std::size_t> of_array_;  // index of the first field of each array
 };
 
 }  // namespace tofgraph

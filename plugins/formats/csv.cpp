@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// An image as a table of numbers: one line a row.
+// An image as a table of numbers: one line per row.
 #include <tofgraph/format.hpp>
 
 #include <charconv>
@@ -12,13 +12,13 @@
 
 namespace tofgraph {
 
-/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf are no numbers. Lines that begin
+/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines that begin
 /// with # are comments.
 struct Csv final : FileFormat {
   static constexpr const char* endings = "csv txt";
   static bool recognises(std::span<const std::uint8_t> head) {
     if (head.size() > 3 && head[0] == 0xef && head[1] == 0xbb && head[2] == 0xbf)
-      head = head.subspan(3);  // Excel's mark
+      head = head.subspan(3);  // byte order mark, written by Excel
     bool digit = false, comment = false, line_begins = true;
     for (const std::uint8_t byte : head) {
       const char c = static_cast<char>(byte);
@@ -76,7 +76,7 @@ struct Csv final : FileFormat {
       if (!(cell.empty() && separator == ' ')) values_.push_back(value_of(cell, number));
       if (end == line.size()) return;
       line.remove_prefix(end + 1);
-      if (line.empty()) return;  // a separator at the end, as many programs write
+      if (line.empty()) return;  // trailing separator, written by many programs
     }
   }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// MATLAB's files, version 5 and 7.3.
+// MATLAB files, versions 5 and 7.3.
 #include <matio.h>
 #include <tofgraph/format.hpp>
 
@@ -13,7 +13,7 @@
 
 namespace tofgraph {
 
-/// Real, full, numeric variables; others (cells, structures, texts, complex numbers) are left alone.
+/// Real, full, numeric variables; others (cells, structures, texts, complex numbers) are ignored.
 struct MatFile final : FileFormat {
   static constexpr const char* endings = "mat";
   static bool recognises(std::span<const std::uint8_t> head) {
@@ -37,7 +37,7 @@ struct MatFile final : FileFormat {
     if (!variable) throw std::runtime_error("has lost the variable '" + array.name + "'");
     const std::size_t rank = array.extent.size();
     std::vector<int> start(rank, 0), stride(rank, 1), edge;
-    for (std::size_t i = rank; i-- > 0;) edge.push_back(static_cast<int>(array.extent[i]));  // MATLAB's order
+    for (std::size_t i = rank; i-- > 0;) edge.push_back(static_cast<int>(array.extent[i]));  // column-major
     start.back() = static_cast<int>(first);
     edge.back() = static_cast<int>(count);
     if (Mat_VarReadData(file_.get(), variable.get(), out, start.data(), stride.data(), edge.data()) != 0)
@@ -84,7 +84,7 @@ struct MatFile final : FileFormat {
     array.name = variable.name;
     array.text = "MATLAB";
     array.reversed = true;
-    // Numbers may be stored in an eighth of their bytes, and deflate is at most 1032 times smaller.
+    // Numbers may be stored in an eighth of their bytes, and deflate compresses at most 1032 times.
     constexpr double best_compression = 8 * 1032;
     double bytes = array.bytes;
     for (const std::uint64_t extent : array.extent) bytes *= static_cast<double>(extent);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Check of MATLAB files of version 5 before libmatio reads them: it divides by the size of types that do not exist.
+/// Check of MATLAB files of version 5 before libmatio reads them: libmatio divides by the size of nonexistent types.
 /// Format: MathWorks, MAT-File Format, "Level 5".
 #pragma once
 
@@ -19,8 +19,8 @@ namespace tofgraph {
 
 class MatCheck {
  public:
-  /// @throws std::runtime_error a variable whose head is longer than itself, or a numeric one whose values are of an
-  /// unknown type or another number than announced
+  /// @throws std::runtime_error for a variable whose header exceeds its size, or a numeric one whose values have an
+  /// unknown type or a number other than announced
   explicit MatCheck(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
     const auto size = static_cast<std::uint64_t>(in_.tellg());
     std::vector<std::uint8_t> head = bytes(0, 128);
@@ -76,19 +76,19 @@ class MatCheck {
     return result;
   }
 
-  /// Parts of a variable: flags, sizes, name, values.
+  /// Checks the parts of a variable: flags, sizes, name, values.
   void check(const Bytes& matrix) const {
     std::uint64_t at = 0, expected = 1;
     std::uint32_t kind = 0;
     constexpr std::uint32_t first_numeric = 6, last_numeric = 15;
     for (int part = 0; part < 4; ++part) {
-      if (at + 8 > matrix.size()) return;  // libmatio reports it
+      if (at + 8 > matrix.size()) return;  // up to four bytes stored within the tag
       const std::uint32_t tag = number(matrix, at);
       const bool small = tag >> 16U != 0;  // up to four bytes within the tag
       const std::uint32_t type = small ? tag & 0xffffU : tag, length = small ? tag >> 16U : number(matrix, at + 4);
       const std::uint64_t data = at + (small ? 4 : 8);
       if (part == 3) return check_values(type, length, expected);
-      // libmatio would allocate this length before it reads.
+      // libmatio would allocate this length before reading.
       if (data + length > matrix.size()) throw std::runtime_error("is damaged: the head of a variable has no end");
       if (part == 0) kind = length >= 4 ? number(matrix, data) & 0xffU : 0;
       if (kind == 0 || kind > last_numeric || (part == 2 && kind < first_numeric)) return;

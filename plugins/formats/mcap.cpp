@@ -17,7 +17,7 @@ struct Mcap final : ros::RosFile {
     return head.size() >= 8 && std::equal(std::begin(magic), std::end(magic), head.begin());
   }
 
-  /// A recording without its end, as a killed recorder leaves it, is read as far as its records are whole.
+  /// A recording without an end, e.g. of a killed recorder, is read as far as its records are complete.
   explicit Mcap(const std::string& path) : file_(path) {
     std::uint64_t at = sizeof magic;
     std::vector<std::uint8_t> head;
@@ -37,7 +37,7 @@ struct Mcap final : ros::RosFile {
   }
 
  protected:
-  /// @param key place of the record in the file: of a chunk, or of a message in none
+  /// @param key offset of the record in the file: of a chunk, or of a message outside chunks
   ros::Bytes chunk(std::uint64_t key) override {
     if (key == cached_ && !cache_.empty()) return cache_;
     std::vector<std::uint8_t> record;
@@ -50,7 +50,7 @@ struct Mcap final : ros::RosFile {
     cache_.clear();
     if (operation != chunk_record) return cache_ = std::move(record);
     ros::MessageReader in(record, false);
-    in.number<std::uint64_t>();  // first and last time
+    in.number<std::uint64_t>();  // times of the first and last message
     in.number<std::uint64_t>();
     const auto size = in.number<std::uint64_t>();
     const auto checksum = in.number<std::uint32_t>();  // 0: none

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// NumPy's arrays (.npy).
+// NumPy arrays (.npy).
 #include <tofgraph/format.hpp>
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Arrays of NumPy as those of a file format.
+/// @file Arrays of NumPy as arrays of a file format.
 #pragma once
 
 #include <tofgraph/format.hpp>
@@ -12,7 +12,7 @@
 
 namespace tofgraph {
 
-/// @param stored bytes of the elements @throws std::runtime_error where these are not what the header announces
+/// @param stored size of the elements in bytes @throws std::runtime_error if it differs from the header's
 inline FileArray npy_array(const io::NpyHeader& header, const std::string& name, std::uint64_t stored) {
   FileArray array;
   array.kind = header.kind == 'f'   ? TOFGRAPH_ELEMENT_FLOAT
@@ -38,7 +38,7 @@ inline FileArray npy_array(const io::NpyHeader& header, const std::string& name,
   return array;
 }
 
-/// Brings elements to the byte order of this machine. @param bytes of all
+/// Converts elements to the byte order of this machine. @param bytes of all elements
 inline void to_native(const io::NpyHeader& header, void* values, std::uint64_t bytes) {
   if (!header.other_order() || header.bytes == 1) return;
   auto* first = static_cast<std::uint8_t*>(values);

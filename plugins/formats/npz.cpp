@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Archives of NumPy's arrays (.npz), stored or compressed.
+// Archives of NumPy arrays (.npz), stored or compressed.
 #include <zip.h>
 #include <tofgraph/format.hpp>
 
@@ -11,8 +11,8 @@
 
 namespace tofgraph {
 
-/// Members whose names end in .npy are arrays; others are left alone, and those whose elements are no numbers, too. A
-/// member is decompressed as far as it is read, so that an archive that announces more than it holds costs nothing.
+/// Members whose names end in .npy are arrays; others are ignored, as are those whose elements are not numbers. Members
+/// are decompressed only as far as they are read: an archive that announces more than it contains costs nothing.
 struct Npz final : FileFormat {
   static constexpr const char* endings = "npz";
   static bool recognises(std::span<const std::uint8_t> head) {
@@ -53,10 +53,10 @@ struct Npz final : FileFormat {
     zip_uint64_t index = 0;
     io::NpyHeader header;
     std::unique_ptr<zip_file_t, CloseFile> file;
-    std::uint64_t at = 0;  // bytes read of it
+    std::uint64_t at = 0;  // number of bytes read
   };
 
-  /// @param error a code of libzip
+  /// @param error code of libzip
   static const char* problem_of(int error) {
     switch (error) {
       case ZIP_ER_NOZIP:
@@ -91,7 +91,7 @@ struct Npz final : FileFormat {
     member.at += bytes;
   }
 
-  /// The checksum of a member is compared when its end is read.
+  /// Verifies the checksum of a member, which libzip does at its end.
   static void check_end(Member& member) {
     char more = 0;
     if (zip_fread(member.file.get(), &more, 1) != 0)
@@ -99,7 +99,7 @@ struct Npz final : FileFormat {
     member.file.reset();
   }
 
-  /// Deflate reaches 1032 with zeros alone; measured values compress less than tenfold.
+  /// Rejects decompression bombs. Deflate reaches 1032 for zeros; measured values compress less than tenfold.
   static void refuse_bomb(const zip_stat_t& about, const std::string& name) {
     constexpr zip_uint64_t large = zip_uint64_t{1} << 30U, most = 200;
     if ((about.valid & ZIP_STAT_COMP_SIZE) == 0 || about.size < large || about.size / most < about.comp_size) return;
@@ -125,7 +125,7 @@ struct Npz final : FileFormat {
     try {
       member.header = io::read_npy_header(in, about.size);
       add(npy_array(member.header, name.substr(0, name.size() - 4), about.size - member.header.begin));
-    } catch (const io::NotNumbers& error) {  // texts and notes beside the measurement
+    } catch (const io::NotNumbers& error) {  // texts and notes next to the data
       not_numbers_ = "has the member '" + name + "', which " + error.what();
       return;
     } catch (const std::runtime_error& error) {
@@ -135,8 +135,8 @@ struct Npz final : FileFormat {
   }
 
   std::unique_ptr<zip_t, CloseArchive> archive_;
-  std::vector<Member> members_;  // before the archive is closed
-  std::string not_numbers_;      // of the last member without numbers
+  std::vector<Member> members_;  // destroyed before the archive
+  std::string not_numbers_;      // error text for the last member without numbers
 };
 
 }  // namespace tofgraph

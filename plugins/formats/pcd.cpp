@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of PCL: text, binary, compressed. PCL's own reader crashes at some damaged files, so only its
+// Point clouds of PCL: text, binary, compressed. PCL's own reader crashes on some damaged files, so only its
 // decompression is used.
 #include <pcl/io/lzf.h>
 
@@ -36,7 +36,7 @@ struct Pcd final : CloudFormat {
     bool stated = false;
     for (std::size_t at = 0; encoding_.empty();) {
       const std::size_t end = content.find('\n', at);
-      if (end > 65536)  // where it is not found, too
+      if (end > 65536)  // also if it was not found
         throw std::runtime_error("has no whole PCD header: FIELDS, SIZE, TYPE, WIDTH, HEIGHT, POINTS, DATA");
       Words words(std::string_view(content).substr(at, end - at));
       at = body_ = end + 1;
@@ -92,7 +92,7 @@ struct Pcd final : CloudFormat {
     cloud_.data.assign(body.begin(), body.begin() + static_cast<std::ptrdiff_t>(cloud_.points() * cloud_.step));
   }
 
-  /// Reads fields stored one after the other, compressed by LZF, after two sizes.
+  /// Reads fields stored one after the other, compressed with LZF and preceded by two sizes.
   void read_compressed(std::string_view body) {
     std::uint32_t sizes[2] = {};
     if (body.size() < sizeof sizes) cut_off();
@@ -106,7 +106,7 @@ struct Pcd final : CloudFormat {
       throw std::runtime_error("has damaged compressed points");
     cloud_.data.resize(fields.size());
     const std::uint8_t* from = fields.data();
-    // Fields of several numbers stand together.
+    // The components of a field are stored together.
     for (std::size_t i = 0; i < cloud_.fields.size();) {
       std::size_t last = i + 1;
       while (cloud_.fields[i].name == "_" && last < cloud_.fields.size() && cloud_.fields[last].name == "_") ++last;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Grey pictures of 8 to 64 bits: PNG, TIFF of one or several pages, PGM.
+// Greyscale pictures of 8 to 64 bits: PNG, single- or multi-page TIFF, PGM.
 #include <tofgraph/format.hpp>
 
 #include <opencv2/imgcodecs.hpp>
@@ -32,7 +32,7 @@ struct Picture final : FileFormat {
     const std::uint64_t pages = check_whole(path);
     try {
       io::check_picture(path);
-    } catch (const std::runtime_error& error) {  // names the file itself
+    } catch (const std::runtime_error& error) {  // the message names the file itself
       const std::string text = error.what();
       throw std::runtime_error(text.starts_with(path + " ") ? text.substr(path.size() + 1) : text);
     }
@@ -69,8 +69,8 @@ struct Picture final : FileFormat {
   }
 
  private:
-  /// Checks what decoders pass over in silence: pages of a TIFF that are cut off, a PGM that is shorter than it says,
-  /// pictures of fewer than 8 bits, whose values they stretch. @returns the pages of a TIFF; 0: another format
+  /// Checks for errors that decoders ignore: truncated pages of a TIFF, a PGM shorter than its header states, pictures
+  /// with fewer than 8 bits, whose values they stretch. @returns the number of pages of a TIFF; 0: another format
   static std::uint64_t check_whole(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     const std::uint64_t size = std::filesystem::file_size(path);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds in the Stanford format: text and binary, either byte order. PCL's own reader ends the program at some
+// Point clouds in the Stanford format: text and binary, either byte order. PCL's own reader ends the program on some
 // damaged files.
 #include "plugins/formats/cloud_arrays.hpp"
 
@@ -25,12 +25,12 @@ struct Ply final : CloudFormat {
   }
 
  private:
-  /// Vertices must come first, as all known writers have them: what follows is not read.
+  /// Vertices must come first, as all known writers place them: elements after them are not read.
   void read_header(const std::string& content) {
     std::string_view element;
     for (std::size_t at = 0;;) {
       const std::size_t end = content.find('\n', at);
-      if (end > 65536) throw std::runtime_error("has no whole PLY header");  // where it is not found, too
+      if (end > 65536) throw std::runtime_error("has no whole PLY header");  // also if it was not found
       Words words(std::string_view(content).substr(at, end - at));
       at = body_ = end + 1;
       const std::string_view key = words.next();

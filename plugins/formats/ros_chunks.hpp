@@ -15,9 +15,9 @@
 namespace tofgraph::ros {
 
 inline constexpr std::uint64_t max_chunk = std::uint64_t{1} << 30U;  ///< bytes
-inline constexpr std::uint64_t max_ratio = 2000;  ///< of a compression that is no attack; LZ4 reaches 255
+inline constexpr std::uint64_t max_ratio = 2000;  ///< of decompression; more is treated as an attack; LZ4 reaches 255
 
-/// Decompresses a chunk. @param size that it announces @throws std::runtime_error another size, or damage
+/// Decompresses a chunk. @param size announced by the chunk @throws std::runtime_error for another size, or damage
 inline std::vector<std::uint8_t> decompressed(const std::string& compression, Bytes in, std::uint64_t size) {
   if (compression.empty() || compression == "none") {
     if (in.size() != size) throw std::runtime_error("has a chunk of another size than it announces");
@@ -47,7 +47,7 @@ inline std::vector<std::uint8_t> decompressed(const std::string& compression, By
     if (LZ4F_isError(result) != 0) throw std::runtime_error("has a damaged lz4 chunk");
   } else if (compression == "bz2") {
     auto room = static_cast<unsigned>(out.size());
-    std::vector<char> copy(in.begin(), in.end());  // bzip2 takes no constant input
+    std::vector<char> copy(in.begin(), in.end());  // bzip2's input pointer is not const
     if (BZ2_bzBuffToBuffDecompress(reinterpret_cast<char*>(out.data()), &room, copy.data(),
                                    static_cast<unsigned>(copy.size()), 0, 0) != BZ_OK)
       throw std::runtime_error("has a damaged bz2 chunk");
@@ -59,7 +59,7 @@ inline std::vector<std::uint8_t> decompressed(const std::string& compression, By
   return out;
 }
 
-/// A file that is read at places.
+/// File with random access.
 class PlacedFile {
  public:
   explicit PlacedFile(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
@@ -67,7 +67,7 @@ class PlacedFile {
     size_ = static_cast<std::uint64_t>(in_.tellg());
   }
   std::uint64_t size() const { return size_; }
-  /// @throws std::runtime_error where the file ends before
+  /// @throws std::runtime_error if the file ends before
   void read(std::uint64_t at, std::uint64_t count, std::vector<std::uint8_t>& out) {
     if (at > size_ || count > size_ - at) throw std::runtime_error("ends within a record: it was cut off");
     out.resize(count);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Topics of a recording of ROS as arrays: images, clouds, their time stamps, and a profile from CameraInfo.
+/// @file Topics of a ROS recording as arrays: images, clouds, their time stamps, and a profile from CameraInfo.
 #pragma once
 
 #include <tofgraph/format.hpp>
@@ -14,7 +14,7 @@
 
 namespace tofgraph::ros {
 
-/// Formats derive from it: they call note() for each message, then add_topics(), and give chunks back in read().
+/// Base class of formats, which call note() for each message, then add_topics(), and provide chunks for read().
 class RosFile : public FileFormat {
  public:
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) override {
@@ -38,12 +38,12 @@ class RosFile : public FileFormat {
   }
 
  protected:
-  /// Place of a message in a chunk, which chunk() finds by its key.
+  /// Position of a message in a chunk, which chunk() finds by its key.
   struct Place {
     std::uint64_t chunk = 0, offset = 0, size = 0;
   };
 
-  /// The bytes of a chunk, valid until the next call.
+  /// Bytes of a chunk, valid until the next call.
   virtual Bytes chunk(std::uint64_t key) = 0;
 
   /// @param time of the recording, ns, for messages without a stamp
@@ -76,7 +76,7 @@ class RosFile : public FileFormat {
     topic.places.push_back(place);
   }
 
-  /// Lists the arrays and makes the profile. @throws std::runtime_error without any, with the topics that are there
+  /// Lists the arrays and creates the profile. @throws std::runtime_error if there are none, naming the topics present
   void add_topics() {
     std::string others;
     for (auto& [name, topic] : topics_) {
@@ -95,10 +95,10 @@ class RosFile : public FileFormat {
   struct Topic {
     std::string type;
     bool cdr = false, organised = true;
-    std::uint64_t points = 0;  // at most in a message
+    std::uint64_t points = 0;  // maximum number in a message
     std::vector<Place> places;
     std::vector<std::int64_t> stamps;
-    Image image;  // the first message; its data is not used
+    Image image;  // first message, without its data
     Cloud cloud;
     CameraInfo info;
   };
@@ -108,14 +108,14 @@ class RosFile : public FileFormat {
     std::vector<Field> fields = {};
   };
 
-  /// "sensor_msgs/msg/Image" and "sensor_msgs/Image" as "Image"; other packages keep their names.
+  /// Shortens "sensor_msgs/msg/Image" and "sensor_msgs/Image" to "Image"; other packages keep their names.
   static std::string short_type(const std::string& type) {
     for (const std::string_view package : {"sensor_msgs/msg/", "sensor_msgs/"})
       if (type.starts_with(package)) return type.substr(package.size());
     return type;
   }
 
-  /// Kind and bytes of the elements; nothing for colours.
+  /// Kind and size of the elements; nothing for colours.
   static std::optional<std::pair<std::uint32_t, std::uint32_t>> element_of(const std::string& encoding) {
     static const std::map<std::string, std::pair<std::uint32_t, std::uint32_t>> known = {
         {"mono8", {TOFGRAPH_ELEMENT_UNSIGNED, 1}},  {"8UC1", {TOFGRAPH_ELEMENT_UNSIGNED, 1}},
@@ -146,7 +146,7 @@ class RosFile : public FileFormat {
     FileArray array{.kind = element->first, .bytes = element->second};
     array.extent = {topic.places.size(), topic.image.height, topic.image.width};
     array.name = name;
-    // REP 118: depth images are float32 in metres, or uint16 in millimetres.
+    // REP 118: depth images are float32 in metres or uint16 in millimetres.
     array.unit = topic.image.encoding == "32FC1" ? "m" : topic.image.encoding == "16UC1" ? "mm" : "";
     array.text = "sensor_msgs/Image, " + topic.image.encoding;
     array.axes = "frame row column";
@@ -191,7 +191,7 @@ class RosFile : public FileFormat {
     add_stamps(name, topic);
   }
 
-  /// The camera of the images of lengths and the clouds, where there is one only.
+  /// Creates the profile of the camera of the length images and clouds, if there is only one.
   void make_profile() {
     const CameraInfo* only = nullptr;
     std::string topic_of;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Messages of ROS: sensor_msgs Image, CameraInfo and PointCloud2, in the serialization of ROS 1 or as CDR of ROS 2.
+/// ROS messages: sensor_msgs Image, CameraInfo and PointCloud2, in ROS 1 serialization or as CDR of ROS 2.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace tofgraph::ros {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// Numbers and strings of a message, one after the other. @throws std::runtime_error where it ends too early
+/// Reads numbers and strings of a message in sequence. @throws std::runtime_error if it ends too early
 class MessageReader {
  public:
   MessageReader(Bytes bytes, bool cdr) : bytes_(bytes), cdr_(cdr) {
@@ -101,7 +101,7 @@ struct CameraInfo {
   std::uint32_t height = 0, width = 0, binning_x = 0, binning_y = 0;
   std::string model;
   std::vector<double> d, k;
-  bool roi = false;  ///< a part of the sensor only
+  bool roi = false;  ///< only part of the sensor
 
   bool operator==(const CameraInfo& other) const {
     return height == other.height && width == other.width && model == other.model && d == other.d && k == other.k;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Records what arrives, with its meaning, so that it can be read again.
+// Records the incoming channels and their meaning in a capture that can be read again.
 #include <tofgraph/physics/exposures.hpp>
 #include <tofgraph/stage.hpp>
 
@@ -17,10 +17,10 @@
 
 namespace tofgraph {
 
-/// While it runs the file is called PATH.part and can be read; what was written survives the end of the process. A
-/// thread of its own writes, so that a disk that is slow for a moment stops nobody. The provenance is written at the
-/// end, when the hashes of long inputs are ready, so that no frame waits for them. The rays are not recorded: they come
-/// from the camera's profile, whose text is.
+/// While the stage runs, the file is called PATH.part and can be read; data already written survive a crash. A separate
+/// thread writes, so that a temporarily slow disk blocks nothing. The provenance is written at the end, when the hashes
+/// of long inputs are ready, so that no frame waits for them. The rays are not recorded: they follow from the camera's
+/// profile, whose text is.
 struct CaptureWriter final : Sink {
   In<void> every{this, "*", {.text = "what is recorded"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the capture, e.g. out/scene.h5"}};
@@ -45,7 +45,7 @@ struct CaptureWriter final : Sink {
     options_ = {static_cast<int>(*compression), setup.overwrite()};
     const std::string problem = io::CaptureWriter::problem(std::string(*path), options_.overwrite);
     if (!problem.empty()) throw ConfigError("path", problem);
-    static_cast<void>(provenance());  // asked for here, it is made beside the run
+    static_cast<void>(provenance());  // starts the hashing in the background
     const tofgraph_camera* camera = setup.stream().camera;
     header_.camera = camera != nullptr ? camera->name : "unknown";
     header_.profile = camera != nullptr && camera->profile != nullptr ? camera->profile : "";
@@ -55,7 +55,7 @@ struct CaptureWriter final : Sink {
     if (header_.sources.empty() && camera != nullptr) header_.sources = io::source_names(*camera);
     header_.serial = serial_of(setup);
     const physics::Exposures exposures = physics::exposures_of(setup.exposures());
-    // Whoever reads the capture takes the profile's where it has none of its own.
+    // If the capture states no exposures, its reader uses the profile's.
     const bool same = camera == nullptr || physics::same_exposures(exposures, physics::exposures_of(*camera));
     if (!same || !physics::are_default(exposures)) header_.exposures = exposures;
     std::istringstream words(*channels);
@@ -99,7 +99,7 @@ struct CaptureWriter final : Sink {
   }
 
  private:
-  /// Points in no order are one row: they are no image of the camera.
+  /// Returns whether a channel is an image of the camera. Unorganised points have one row and are not.
   static bool is_measurement(const io::CaptureChannel& channel) {
     const std::string_view name = channel.name;
     return (name == "points" && channel.extent.size() == 3 && channel.extent[0] > 1) || name == "taps" ||
@@ -127,7 +127,7 @@ struct CaptureWriter final : Sink {
     chosen_.push_back({channel.name, channel.type, extent, channel.unit, channel.of, channel.applied, channel.from});
   }
 
-  /// Height and width, where the channel's shape says which of its extents they are, are the capture's.
+  /// Checks that the extents named H and W in the channel's standard shape agree with the capture's.
   void check_size(const tofgraph_channel& channel) {
     const ChannelInfo* info = known_channel(channel.name);
     if (info == nullptr) return;

@@ -25,12 +25,12 @@ namespace tofgraph {
 inline const cv::Scalar black(0, 0, 0), white(255, 255, 255);
 inline constexpr double text_scale = 0.5;
 
-/// An interval of a channel's values, SI.
+/// Interval of a channel's values, SI.
 struct Range {
   double low, high;
 };
 
-/// The interval that holds 98 % of the valid values, so that single outliers do not darken the picture.
+/// Interval that contains 98 % of the valid values, so that outliers do not darken the picture.
 inline Range central_range(const cv::Mat& image) {
   std::vector<float> values;
   std::copy_if(image.begin<float>(), image.end<float>(), std::back_inserter(values),
@@ -44,7 +44,7 @@ inline Range central_range(const cv::Mat& image) {
   return {at(0.01), at(0.99)};
 }
 
-/// 1, 2 or 5 times a power of ten, so that about six steps make the interval.
+/// 1, 2 or 5 times a power of ten, so that the interval has about six steps.
 inline double tick_step(double length) {
   const double power = std::pow(10, std::floor(std::log10(length / 6)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -53,7 +53,7 @@ inline double tick_step(double length) {
   return 10 * power;
 }
 
-/// A place on an axis and what is written there.
+/// Position on an axis and its label.
 struct Tick {
   double value;
   std::string label;
@@ -78,7 +78,7 @@ inline cv::Vec3b dot_of(io::Colour colour) {
           static_cast<std::uint8_t>(colour >> 16U)};
 }
 
-/// The colours of the levels 0 to 255.
+/// Colours of the levels 0 to 255.
 inline const cv::Mat& level_colours() {
   static const cv::Mat colours = [] {
     cv::Mat all(256, 1, CV_8UC3);
@@ -92,16 +92,16 @@ inline int width_of(const std::string& words) {
   return cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, text_scale, 1, nullptr).width;
 }
 
-constexpr int beside_bar = 8;  // dots between a scale and its numbers
+constexpr int beside_bar = 8;  // dots between a scale and its labels
 
-/// Width of the numbers beside a scale, dots.
+/// Width of the labels beside a scale, dots.
 inline int scale_labels_width(const Range& range, double per_si) {
   int width = 0;
   for (const Tick& tick : ticks(range.low * per_si, range.high * per_si)) width = std::max(width, width_of(tick.label));
   return beside_bar + width;
 }
 
-/// The scale: what each colour means, in a unit of which an SI unit has `per_si`.
+/// Draws the colour scale with labels in a unit; `per_si` of this unit make one SI unit.
 inline void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range, double per_si) {
   cv::Mat ramp;
   cv::flip(level_colours(), ramp, 0);
@@ -115,7 +115,7 @@ inline void draw_scale(cv::Mat& canvas, const cv::Rect& bar, const Range& range,
   }
 }
 
-/// A PNG with a line of text in it, which image viewers show as its description (PNG specification, tEXt).
+/// Adds a line of text to a PNG, displayed by image viewers as its description (PNG specification, tEXt).
 inline std::vector<std::uint8_t> with_description(const std::vector<std::uint8_t>& png, const std::string& words) {
   constexpr std::size_t after_header = 33;  // signature 8, IHDR 25
   const auto big_endian = [](std::size_t number) {
@@ -184,14 +184,14 @@ struct ChannelPictures : Sink {
     whole_numbers_ = found->type != TOFGRAPH_TYPE_F32 && found->type != TOFGRAPH_TYPE_F64;
   }
 
-  /// @throws std::runtime_error when the picture cannot be a file of that kind, as one too large
+  /// @throws std::runtime_error if the picture cannot be encoded in this format, e.g. because it is too large
   std::vector<std::uint8_t> encoded(const char* extension, const cv::Mat& image,
                                     const std::vector<int>& options = {}) const {
     std::vector<std::uint8_t> bytes;
     bool encoded = false;
     try {
       encoded = cv::imencode(extension, image, bytes, options);
-    } catch (const cv::Exception&) {  // its words are about OpenCV
+    } catch (const cv::Exception&) {  // its message is about OpenCV internals
     }
     if (!encoded)
       throw std::runtime_error(fmt::format("'{}' as a picture of {} x {} px cannot be encoded as {}", channel_,
@@ -199,7 +199,7 @@ struct ChannelPictures : Sink {
     return bytes;
   }
 
-  /// A limit has the unit of the channel.
+  /// Checks that a limit has the unit of the channel.
   void check_unit(const Param<double>& parameter) const {
     const std::string expected = unit_.empty() ? "1" : unit_;
     if (!parameter.given() || parameter.keyword() == "auto" || parameter.keyword() == expected) return;
@@ -224,7 +224,7 @@ struct ChannelPictures : Sink {
     Range result = central_range(image);
     if (minimum.keyword() != "auto") result.low = *minimum;
     if (maximum.keyword() != "auto") result.high = *maximum;
-    if (!(result.low < result.high)) {  // one value only, or a given end beyond all values
+    if (!(result.low < result.high)) {  // a single value only, or a given end beyond all values
       const double step = std::max(1e-3 * std::abs(result.low), 1e-6);
       (maximum.keyword() != "auto" ? result.low : result.high) =
           maximum.keyword() != "auto" ? result.high - step : result.low + step;
@@ -232,7 +232,7 @@ struct ChannelPictures : Sink {
     return result;
   }
 
-  /// The unit that numbers of a picture are written in, and how many make one of SI: millimetres below a metre.
+  /// Unit of the numbers in a picture, and its number per SI unit: millimetres below a metre.
   std::pair<std::string, double> shown_unit(const Range& shown) const {
     if (unit_ == "m" && std::max(std::abs(shown.low), std::abs(shown.high)) < 1) return {"mm", 1e3};
     return {unit_, 1};

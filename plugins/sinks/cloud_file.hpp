@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Common part of the writers of clouds: fields, layout, one file per frame, provenance beside them.
+/// @file Common part of the cloud writers: fields, layout, one file per frame, provenance beside them.
 #pragma once
 
 #include <tofgraph/lengths.hpp>
@@ -50,13 +50,13 @@ struct CloudFile : Sink {
                       {.default_value = "false",
                        .text = "with the fields normal_x, normal_y, normal_z and curvature, see the filter normals"}};
 
-  /// @param dense_default of the parameter dense
+  /// @param dense_default default of the parameter dense
   explicit CloudFile(const char* dense_default)
       : dense(this, "dense", {.default_value = dense_default, .text = "valid points only, without the image's rows"}) {}
 
-  /// @param ending of the files' names, e.g. ".pcd"
+  /// @param ending of the file names, e.g. ".pcd"
   void prepare_files(const Setup& setup, std::string_view ending) {
-    static_cast<void>(provenance());  // asked for here, it is made beside the run
+    static_cast<void>(provenance());  // starts the hashing in the background
     rule_.emplace(setup.find("points")->applied);
     check_ending(ending);
     choose_intensity(setup);
@@ -66,14 +66,14 @@ struct CloudFile : Sink {
       throw ConfigError("normals", "what arrives has no normals: add the stage normals before");
   }
 
-  /// At the end, when the hash of a long input is ready, too.
+  /// Writes the provenance at the end, when the hash of a long input is ready.
   void finish() const {
     if (written_ && *dense && !any_point_) throw std::runtime_error("every cloud is empty: no point is valid");
     if (written_) io::FileWriter(path.create(provenance_ending)).write(provenance() + "\n");
   }
 
  protected:
-  /// Has write(cloud, file) fill the file of a frame, which appears when that returned.
+  /// Calls write(cloud, file) for the file of a frame, which appears under its name after the call.
   template <class Write> void store(const Frame& frame, Write&& write) const {
     thread_local pcl::PCLPointCloud2 cloud;
     fill(frame, cloud);
@@ -83,7 +83,7 @@ struct CloudFile : Sink {
     written_ = true;
   }
 
-  /// Text with a line per point; nine digits reproduce each float exactly.
+  /// Text with one line per point; nine digits reproduce each float exactly.
   static std::string ascii(const pcl::PCLPointCloud2& cloud) {
     std::string text;
     const auto end = std::back_inserter(text);
@@ -107,7 +107,7 @@ struct CloudFile : Sink {
   }
 
  private:
-  /// Values of each point, side by side in memory, that become consecutive fields.
+  /// Values of each point, adjacent in memory, that become consecutive fields.
   struct Column {
     const char* names;  ///< blank-separated
     const void* data;
@@ -200,7 +200,7 @@ struct CloudFile : Sink {
     }
   }
 
-  /// The size is known when this is compiled, so that each copy is one or two instructions.
+  /// The size is a template argument, so that each copy takes one or two instructions.
   template <std::size_t size> void copy(const Column& column, const std::vector<std::uint32_t>& valid, std::uint8_t* to,
                                         const pcl::PCLPointCloud2& cloud) const {
     const auto* from = static_cast<const std::uint8_t*>(column.data);

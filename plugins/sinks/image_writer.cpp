@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel as pictures, one a frame: false colours to look at, counts or floats to go on with.
+// A channel as pictures, one per frame: false colours for viewing, counts or floats for further processing.
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -24,10 +24,10 @@ namespace {
 const cv::Scalar invalid_grey(dot_of(io::invalid_colour));
 constexpr int margin = 12, title_height = 24, bar_width = 22, legend_line = 20;
 
-/// Each pixel as zoom x zoom dots in the colour of its place in the range; invalid ones grey.
+/// Draws each pixel as zoom x zoom dots in the colour of its value; invalid pixels are grey.
 cv::Mat colours(const cv::Mat& image, const Range& range, int zoom) {
   cv::Mat level, picture, valid, large;
-  cv::compare(image, image, valid, cv::CMP_EQ);  // NaN equals nothing
+  cv::compare(image, image, valid, cv::CMP_EQ);  // NaN compares unequal
   cv::Mat((image - range.low) * (255 / (range.high - range.low))).convertTo(level, CV_8U);
   cv::applyColorMap(level, picture, level_colours());
   picture.setTo(invalid_grey, ~valid);
@@ -35,7 +35,7 @@ cv::Mat colours(const cv::Mat& image, const Range& range, int zoom) {
   return large;
 }
 
-/// The colours of a pixel's flags. That it is invalid is shown where no other flag says why.
+/// Colours of a pixel's flags. `invalid` is shown only if no other flag gives the reason.
 std::vector<io::Colour> flag_colours_of(std::uint32_t flags) {
   if (flags == 0) return {io::no_flag_colour};
   if (flags == flag::invalid) return {io::invalid_colour};
@@ -49,7 +49,7 @@ std::vector<io::Colour> flag_colours_of(std::uint32_t flags) {
   return colours;
 }
 
-/// A colour of a picture of flags, and what it means: a name and how many pixels.
+/// Colour in a picture of flags and its meaning: a flag's name and its number of pixels.
 struct LegendLine {
   io::Colour colour;
   std::string words;
@@ -74,7 +74,7 @@ std::vector<LegendLine> flag_legend(const cv::Mat& image) {
   return lines;
 }
 
-/// Each pixel as zoom x zoom dots, which take turns in the colours of its flags.
+/// Draws each pixel as zoom x zoom dots that alternate between the colours of its flags.
 cv::Mat flag_dots(const cv::Mat& image, int zoom) {
   cv::Mat dots(image.rows * zoom, image.cols * zoom, CV_8UC3);
   for (int r = 0; r < image.rows; ++r) {
@@ -89,7 +89,7 @@ cv::Mat flag_dots(const cv::Mat& image, int zoom) {
   return dots;
 }
 
-/// The picture, its title above it, and room for a legend beside it.
+/// Returns a canvas with the picture, its title above it, and room for a legend beside it.
 cv::Mat framed(const cv::Mat& dots, const cv::Size& legend, const std::string& title) {
   const int width = std::max(dots.cols + legend.width + 3 * margin, width_of(title) + 2 * margin);
   cv::Mat canvas(std::max(dots.rows, legend.height) + title_height + 2 * margin, width, CV_8UC3, white);
@@ -105,10 +105,10 @@ void draw_sample(cv::Mat& canvas, const cv::Rect& place, const cv::Scalar& colou
 
 }  // namespace
 
-/// color: an 8-bit PNG of the picture enlarged, with a scale; perceptually uniform colours (viridis), invalid pixels
-/// grey; values beyond the range have the colours of its ends. uint16: a PNG of value / scale, rounded; 0 is invalid.
-/// float32: a TIFF of the values in SI, NaN where they are invalid. Channels of whole numbers, like flags, have no
-/// invalid values: 0 is a 0. `flags` in colour, without given limits: a colour a flag, and a legend with their names.
+/// color: an 8-bit PNG of the picture, enlarged, with a scale; perceptually uniform colours (viridis), invalid pixels
+/// grey; values outside the range are clamped. uint16: a PNG of value / scale, rounded; 0 is invalid. float32: a TIFF
+/// of the values in SI, NaN where they are invalid. Channels of integers, like flags, have no invalid values: 0 is a 0.
+/// `flags` in colour, without given limits: one colour per flag, and a legend with their names.
 struct ImageWriter final : ChannelPictures {
   Param<Choice> format{
       this,
@@ -193,7 +193,7 @@ struct ImageWriter final : ChannelPictures {
   cv::Mat picture(const cv::Mat& image, const Range& shown, std::uint64_t number) const {
     const cv::Mat dots = colours(image, shown, factor(image));
     const auto [unit, per_si] = shown_unit(shown);
-    constexpr int usual_labels = 78;  // so that pictures of a series have one size
+    constexpr int usual_labels = 78;  // minimum, so that all pictures of a series have the same size
     const int labels = std::max({usual_labels, scale_labels_width(shown, per_si), beside_bar + width_of("invalid")});
     const int height = std::max(dots.rows, 160);
     cv::Mat canvas = framed(dots, {bar_width + labels, height}, title_of(unit, number));

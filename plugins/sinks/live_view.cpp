@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A view of the running pipeline in the browser, and for programs that speak Foxglove's protocol.
+// View of the running pipeline in the browser, and for programs that use Foxglove's protocol.
 #include <tofgraph/stage.hpp>
 
 #include <fmt/format.h>
@@ -18,9 +18,9 @@
 
 namespace tofgraph {
 
-/// The newest frame goes to each client that waits for one; what nobody waits for is not even copied; with `hold` all
-/// is, since any frame may be the last. Several inputs can be looked at side by side. The server listens from prepare()
-/// on, so that a port that is taken is reported before the first frame; not where no run comes, as for `check`.
+/// Sends the newest frame to each client that waits for one; frames that nobody waits for are not even copied, except
+/// with `hold`, since any may be the last. Several inputs can be viewed side by side. The server listens from prepare()
+/// on, so that a port in use is reported before the first frame, but only if a run follows (not for `check`).
 struct LiveView final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, flags and points"}};
   Param<std::int64_t> port{
@@ -106,7 +106,7 @@ struct LiveView final : Sink {
     for (auto alone_since = Clock::now(); *hold && runs_ && !stopping(); std::this_thread::sleep_for(tick)) {
       seen = seen || server_->clients() != 0;
       if (server_->clients() != 0) alone_since = Clock::now();
-      if (seen && Clock::now() - alone_since > std::chrono::seconds(3)) break;  // longer than a reload of the page
+      if (seen && Clock::now() - alone_since > std::chrono::seconds(3)) break;  // longer than reloading the page takes
     }
   }
 
@@ -189,7 +189,7 @@ struct LiveView final : Sink {
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / *pace));
   }
 
-  /// A call of the host as a function that returns its answer or throws the reason.
+  /// Calls the host and returns the answer, or throws the reason.
   template <class Call> static std::string asked(Call&& call) {
     std::string text;
     const auto take = [](void* user, const char* answer) { *static_cast<std::string*>(user) = answer; };
@@ -208,9 +208,9 @@ struct LiveView final : Sink {
 
   std::vector<live::NodeInfo> nodes_;
   std::shared_ptr<const live::Picture> last_;
-  bool announced_ = false, runs_ = false;  // runs: in a pipeline; alone, as in `plugin check`, no client will come
+  bool announced_ = false, runs_ = false;  // runs: false without a pipeline, as in `plugin check`: no client will come
   Clock::time_point next_{};
-  std::unique_ptr<live::Server> server_;  // last: its thread ends first
+  std::unique_ptr<live::Server> server_;  // last, so that its thread ends first
 };
 
 }  // namespace tofgraph

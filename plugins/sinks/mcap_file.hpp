@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file MCAP files as they are written: messages in CDR, a chunk per frame, an index at the end. https://mcap.dev/spec
+/// @file Writer of MCAP files: messages in CDR, one chunk per frame, an index at the end. https://mcap.dev/spec
 #pragma once
 
 #include <lz4frame.h>
@@ -23,7 +23,7 @@ namespace tofgraph::mcap {
 
 static_assert(std::endian::native == std::endian::little, "numbers are stored as they are");
 
-/// Numbers and strings one after the other, without padding.
+/// Serializes numbers and strings in sequence, without padding.
 class Record {
  public:
   template <class T> Record& number(T value) {
@@ -42,7 +42,7 @@ class Record {
   std::string bytes_;
 };
 
-/// A message in CDR, little-endian: numbers stand at multiples of their size.
+/// Message in CDR, little-endian: numbers are aligned to their size.
 class Message {
  public:
   template <class T> Message& number(T value) {
@@ -84,7 +84,7 @@ class File {
     put_record(header, Record().text("ros2").text("tofgraph").bytes());
   }
 
-  /// @returns the number of the channel
+  /// @returns the ID of the channel
   std::uint16_t add_channel(const std::string& topic, const std::string& type, std::string_view definition) {
     auto& schema = schemas_[type];
     if (schema == 0) {
@@ -118,7 +118,7 @@ class File {
     ++messages_;
   }
 
-  /// Writes the chunk of the messages since the last call. @throws std::runtime_error, as when the disk is full
+  /// Writes the messages since the last call as a chunk. @throws std::runtime_error, e.g. if the disk is full
   void end_chunk() {
     if (chunk_.empty()) return;
     const std::string stored = compressed();
@@ -158,7 +158,7 @@ class File {
     index_.clear();
   }
 
-  /// Writes the index and gives the file its name. @throws std::runtime_error
+  /// Writes the index and renames the file to its final name. @throws std::runtime_error
   void finish() {
     end_chunk();
     put_record(data_end, Record().number(std::uint32_t{0}).bytes());

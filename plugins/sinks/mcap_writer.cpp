@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Recordings that viewers of ROS 2 open: images, clouds and the camera, in MCAP.
+// Recordings for ROS 2 viewers: images, clouds and the camera, in MCAP.
 #include <tofgraph/stage.hpp>
 
 #include <algorithm>
@@ -13,9 +13,9 @@
 
 namespace tofgraph {
 
-/// Each image of numbers becomes sensor_msgs/Image (32FC1: lengths in metres, counts; flags mono16), points become
-/// PointCloud2 with the amplitude as intensity, the profile CameraInfo. The file appears under its name when it is
-/// whole. Frames without a time stamp get the times of their numbers, 1 ns apart.
+/// Image channels become sensor_msgs/Image (32FC1: lengths in metres, counts; flags mono16), points become PointCloud2
+/// with the amplitude as intensity, the profile CameraInfo. The file appears under its name when it is complete. Frames
+/// without a time stamp get consecutive times, 1 ns apart.
 struct McapWriter final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, and points"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the recording, e.g. out/drive.mcap"}};
@@ -88,7 +88,7 @@ struct McapWriter final : Sink {
     return message.data(view.data, std::size_t{height} * width * bytes);
   }
 
-  /// x, y, z and, where the frame has an amplitude of the same size, intensity.
+  /// Fields x, y, z and, if the frame has an amplitude of the same size, intensity.
   mcap::Message cloud(std::int64_t stamp, const tofgraph_view& view, const Frame& frame) const {
     const auto height = static_cast<std::uint32_t>(view.extent[0]), width = static_cast<std::uint32_t>(view.extent[1]);
     tofgraph_view light = empty_view();
@@ -130,7 +130,7 @@ struct McapWriter final : Sink {
     message.numbers(std::array{fx, fx * c.skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0});
     message.numbers(std::array{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0});
     message.numbers(std::array{fx, fx * c.skew, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0});
-    for (int i = 0; i < 6; ++i) message.number(std::uint32_t{0});  // binning, region of interest: the whole sensor
+    for (int i = 0; i < 6; ++i) message.number(std::uint32_t{0});  // binning, region of interest: whole sensor
     return message.number(std::uint8_t{0});
   }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel of all frames as one array of NumPy.
+// A channel of all frames as one NumPy array.
 #include <tofgraph/stage.hpp>
 
 #include <bit>
@@ -11,8 +11,8 @@
 
 namespace tofgraph {
 
-/// The array has the frames first and then the axes of the channel, in the channel's type and SI. The file appears
-/// under its name when it is whole.
+/// Writes an array with the frames as first axis, followed by the axes of the channel, in the channel's type and SI.
+/// The file appears under its name when it is complete.
 struct NpyWriter final : Sink {
   In<void> every{this, "*", {.text = "the channel is one of these"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the array, e.g. out/depth.npy"}};
@@ -61,7 +61,7 @@ struct NpyWriter final : Sink {
  private:
   std::uint64_t element_bytes() const { return type_ == TOFGRAPH_TYPE_U16 || type_ == TOFGRAPH_TYPE_I16 ? 2 : 4; }
 
-  /// Header of format 1.0, padded to 256 bytes so that the number of frames can grow.
+  /// Header of format 1.0, padded to 256 bytes so that the number of frames can be updated.
   std::string header() const {
     const char* kind = type_ == TOFGRAPH_TYPE_U16   ? "u2"
                        : type_ == TOFGRAPH_TYPE_I16 ? "i2"

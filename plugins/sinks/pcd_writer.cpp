@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One PCD file a frame, readable with PCL, and beside them one file that says how they came to be.
+// One PCD file per frame, readable with PCL, and one provenance file beside them.
 #include <fmt/ranges.h>
 #include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
@@ -9,8 +9,8 @@
 
 namespace tofgraph {
 
-/// The header and the compression are PCL's; the bytes are written here, because PCL's own writing does not see a full
-/// disk (ascii) or takes twice as long (binary).
+/// Header and compression are PCL's; the bytes are written here, because PCL's writer does not detect a full disk
+/// (ascii) or takes twice as long (binary).
 struct PcdWriter final : CloudFile {
   PcdWriter() : CloudFile("false") {}
 
@@ -40,7 +40,7 @@ struct PcdWriter final : CloudFile {
     orientation_ = Eigen::Quaternionf(v(3), v(4), v(5), v(6));
     if (std::abs(orientation_.norm() - 1) > 1e-3F)
       throw ConfigError("viewpoint", "the quaternion w x y z must have length 1");
-    pcl::console::setVerbosityLevel(pcl::console::L_ERROR);  // an empty cloud is not a reason for a warning
+    pcl::console::setVerbosityLevel(pcl::console::L_ERROR);  // no warning about an empty cloud
   }
 
   void process(Frame& frame) const {
@@ -53,7 +53,7 @@ struct PcdWriter final : CloudFile {
     if (*encoding == "ascii") {
       file.write(with_viewpoint(pcd.generateHeaderASCII(cloud, origin_, orientation_)) + "DATA ascii\n");
       file.write(ascii(cloud));
-    } else if (*encoding == "binary" || cloud.data.empty()) {  // nothing cannot be compressed
+    } else if (*encoding == "binary" || cloud.data.empty()) {  // an empty cloud cannot be compressed
       file.write(with_viewpoint(pcd.generateHeaderBinary(cloud, origin_, orientation_)) + "DATA binary\n");
       file.write(std::as_bytes(std::span(cloud.data)));
     } else {
@@ -64,7 +64,7 @@ struct PcdWriter final : CloudFile {
     }
   }
 
-  /// The header, or a whole file, with all digits of the viewpoint: PCL writes six.
+  /// Header, or a whole file, with all digits of the viewpoint: PCL writes only six.
   std::string with_viewpoint(std::string text) const {
     const std::size_t begin = text.find("\nVIEWPOINT ") + 1, end = text.find('\n', begin);
     return text.replace(begin, end - begin, fmt::format("VIEWPOINT {}", fmt::join(*viewpoint, " ")));

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One PLY file a frame, and beside them one file that says how they came to be.
+// One PLY file per frame, and one provenance file beside them.
 #include "plugins/sinks/cloud_file.hpp"
 
 namespace tofgraph {
 
-/// Vertices with x y z, intensity, and on request sigma and flags. PLY has no organised clouds and no convention for
-/// invalid points: only valid ones are written unless dense is false, which marks the invalid ones with NaN.
+/// Writes vertices with x y z, intensity, and on request sigma and flags. PLY has no organised clouds and no convention
+/// for invalid points: only valid ones are written unless dense is false, which writes the invalid ones as NaN.
 struct PlyWriter final : CloudFile {
   PlyWriter() : CloudFile("true") {}
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Definitions of the messages of ROS 2 that mcap_writer writes, as viewers expect them in a file.
+/// @file Definitions of the ROS 2 messages that mcap_writer writes, as required by viewers.
 #pragma once
 
 #include <string>

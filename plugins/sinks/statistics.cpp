@@ -18,10 +18,10 @@
 #include "plugins/sinks/summary.hpp"
 
 namespace tofgraph {
-/// rms is against `value` or `reference` where that is given (pixels without a reference do not count), else against
-/// the plane that fits the points of each frame best, by their distances to it; for that the camera's rays are needed,
-/// for `depth` its focal length in metres too, and a raw `distance` is not a point: without, there is no rms. Over all
-/// frames, rms and sd are pooled over all pixels. Of what is no length, every finite value counts, in the channel's
+/// rms refers to `value` or `reference` if given (pixels without a reference are ignored), else to the plane fitted
+/// to the points of each frame by orthogonal distances; this requires the camera's rays, for `depth` also its focal
+/// length in metres, and is not possible for a raw `distance`: otherwise there is no rms. Over all frames, rms and
+/// sd are pooled over all pixels. For channels other than lengths every finite value is used, in the channel's
 /// unit.
 struct Statistics final : Sink {
   In<void> every{this, "*", {.text = "has the image"}};
@@ -94,8 +94,8 @@ struct Statistics final : Sink {
   struct Input {
     std::string name, channel, unit;
     const float* rays = nullptr;  ///< null: no points
-    double offset = 0;            ///< depth offset: from the sensor plane to the optical centre, m
-    std::vector<Part> parts;      ///< the first is what is asked for, others stand beside it
+    double offset = 0;            ///< depth of the optical centre relative to the sensor plane, m
+    std::vector<Part> parts;      ///< the requested one first, others for comparison
   };
 
   void choose_format() {
@@ -134,7 +134,7 @@ struct Statistics final : Sink {
     inputs_.push_back(std::move(input));
   }
 
-  /// The channel of a stream that is evaluated: an image of float32.
+  /// Channel of a stream to evaluate: an image of float32.
   const tofgraph_channel* chosen(const tofgraph_stream& stream) const {
     const tofgraph_channel* found = channel.given() ? channel_of(stream, *channel) : nullptr;
     for (const char* name : {"depth", "range", "distance"}) {
@@ -151,7 +151,7 @@ struct Statistics final : Sink {
     return found;
   }
 
-  /// Checks that all inputs of the sink have the same unit, and that `value` is given in it.
+  /// Checks that all inputs of the sink and `value` have the same unit.
   void check_unit(const tofgraph_channel& image) {
     if (!inputs_.empty() && inputs_[0].unit != image.unit)
       throw ConfigError("channel", fmt::format("'{}' is in '{}' and '{}' in '{}': use a sink for each",
@@ -209,9 +209,9 @@ struct Statistics final : Sink {
     return result;
   }
 
-  /// The region within an image. @throws ConfigError when it is not
+  /// Region within an image. @throws ConfigError if it exceeds the image
   Region region(std::size_t height, std::size_t width) const {
-    if (height == 0 || width == 0) return {1, 0, 1, 0};  // an empty cloud: nothing to go through
+    if (height == 0 || width == 0) return {1, 0, 1, 0};  // empty cloud: no pixels to visit
     const auto [first_column, last_column] = interval(columns, width);
     const auto [first_row, last_row] = interval(rows, height);
     return {first_column, last_column, first_row, last_row};
@@ -262,7 +262,7 @@ struct Statistics final : Sink {
 
   std::string unit() const { return inputs_.empty() ? "" : inputs_[0].unit; }
 
-  /// Parts beside the requested one.
+  /// Parts besides the requested one.
   static std::span<const Part> others(const Input& input) { return std::span(input.parts).subspan(1); }
 
   std::string json() const {
@@ -292,7 +292,7 @@ struct Statistics final : Sink {
 
   static std::string cell(double number) { return std::isfinite(number) ? fmt::format("{}", number) : ""; }
 
-  /// @param of the summary that the line shows: summary(part)
+  /// @param of returns the summary for the line: summary(part)
   template <class Of> std::string line(const Input& input, const std::string& frame, Of&& of) const {
     const Summary& s = of(input.parts[0]);
     std::string text = fmt::format("{},{},{},{},{},{},{},{},{},{}", input.name, input.channel, frame, s.count,

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Sums of `statistics`, which can be merged; its channels; the plane through points; the pixels at edges.
+/// @file Sums of `statistics`, which can be merged; channel look-up; plane fit to points; edge pixels.
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -19,7 +19,7 @@ namespace tofgraph {
 
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-/// The channel of that name; null: there is none.
+/// Channel of that name; null if there is none.
 inline const tofgraph_channel* channel_of(const tofgraph_stream& stream, std::string_view name) {
   for (const tofgraph_channel& c :
        Strided<const tofgraph_channel>{stream.channels, stream.channel_size, stream.channel_count})
@@ -35,7 +35,7 @@ inline std::vector<std::string> channel_names(const tofgraph_stream& stream) {
   return names;
 }
 
-/// Over valid pixels. mean, sd (n - 1), rms, min and max are in metre, NaN where there are too few pixels.
+/// Statistics over valid pixels. mean, sd (n - 1), rms, min and max are in metres, NaN if there are too few pixels.
 struct Summary {
   std::uint64_t count = 0;
   double mean = 0, squares = 0;  // squares: sum of (value - mean)^2
@@ -45,7 +45,7 @@ struct Summary {
   double sd() const { return count > 1 ? std::sqrt(squares / static_cast<double>(count - 1)) : unknown; }
   double rms() const { return count > 0 ? std::sqrt(residuals / static_cast<double>(count)) : unknown; }
 
-  /// Merges another summary, as if of all values at once (Chan, Golub, LeVeque 1979).
+  /// Merges another summary, as if computed from all values at once (Chan, Golub, LeVeque 1979).
   void merge(const Summary& other) {
     if (other.count == 0) return;
     const auto mine = static_cast<double>(count), theirs = static_cast<double>(other.count);
@@ -59,7 +59,7 @@ struct Summary {
   }
 };
 
-/// The pixels of a part of the image: all, flat or edge.
+/// Pixels of a part of the image: all, flat or edge.
 struct Part {
   std::string name;
   Summary all;
@@ -90,8 +90,8 @@ inline nlohmann::json as_json(const Summary& s) {
           {"rms", s.rms()},   {"min", some ? s.min : unknown},   {"max", some ? s.max : unknown}};
 }
 
-/// Sum of the squared distances of points to the plane that makes it least: the smallest eigenvalue of their scatter.
-/// @returns NaN when fewer than four points leave nothing over, or when one of them is not a point
+/// Sum of the squared distances of points to the best-fitting plane: the smallest eigenvalue of their scatter matrix.
+/// @returns NaN for fewer than four points, which leave no residual, or if one of them is invalid
 inline double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
   if (points.size() <= 3) return unknown;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -102,7 +102,7 @@ inline double squares_to_plane(const std::vector<Eigen::Vector3d>& points) {
   return std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvalues()[0]);
 }
 
-/// True for the pixels that lie within 3 pixels of a step of more than 30 mm between neighbours in `truth`, in m.
+/// Returns true for pixels within 3 pixels of a step of more than 30 mm between neighbours in `truth`, in m.
 inline std::vector<bool> edges_of(const Array<const float>& truth) {
   constexpr std::size_t reach = 3;  // pixels
   constexpr float step = 0.030F;    // m

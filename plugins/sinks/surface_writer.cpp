@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A channel as a surface in space, seen from above its image plane: one picture a frame.
+// A channel as a surface in space, seen from above its image plane: one picture per frame.
 #include <tofgraph/physics/to_integer.hpp>
 #include <tofgraph/stage.hpp>
 
@@ -19,13 +19,13 @@ namespace tofgraph {
 namespace {
 
 constexpr int bar_width = 16;
-constexpr int supersampling = 3;  // dots per picture dot and axis, averaged: smooth edges
+constexpr int supersampling = 3;  // samples per dot and axis, averaged for smooth edges
 const cv::Scalar wall_grey(228, 228, 228), grid_grey(205, 205, 205);
 
-/// A parallel projection of the box [-1/2, 1/2] x [-1/2, 1/2] x [0, height] (columns, rows, values) into a picture.
+/// Parallel projection of the box [-1/2, 1/2] x [-1/2, 1/2] x [0, height] (columns, rows, values) to a picture.
 class View {
  public:
-  /// @param azimuth the box is turned by this about its axis of values, rad; at 0 the last row is in front
+  /// @param azimuth rotation of the box about its value axis, rad; at 0 the last row is in front
   /// @param elevation of the viewer above the image plane, rad
   View(double azimuth, double elevation, const cv::Point3d& box)
       : c_(std::cos(azimuth)),
@@ -34,7 +34,7 @@ class View {
         flat_(std::cos(elevation)),
         box_(box) {}
 
-  /// Makes the box fit the frame.
+  /// Scales the box to fit the frame.
   void fit(const cv::Rect2d& frame) {
     cv::Point2d least(1e9, 1e9), most(-1e9, -1e9);
     const auto side = [](int corner, int axis) { return (corner >> axis & 1) != 0 ? 1.0 : 0.0; };
@@ -47,9 +47,9 @@ class View {
     shift_ = cv::Point2d(frame.x + frame.width / 2, frame.y + frame.height / 2) - scale_ / 2 * (least + most);
   }
 
-  /// Position of a point of the unit box in the picture: x, y from -1/2 to 1/2, z from 0 to 1.
+  /// Maps a point of the unit box to the picture: x, y from -1/2 to 1/2, z from 0 to 1.
   cv::Point2d operator()(const cv::Point3d& p) const { return scale_ * direct(p) + shift_; }
-  /// The same in a picture whose dots are divided in factor x factor.
+  /// The same view for a picture enlarged by an integer factor.
   View enlarged(int factor) const {
     View result = *this;
     result.scale_ *= factor;
@@ -69,19 +69,19 @@ class View {
   cv::Point2d shift_;
 };
 
-/// Words about a point.
+/// Draws a text centred on a point.
 void centred(cv::Mat& canvas, const std::string& words, const cv::Point2d& at) {
   const cv::Size size = cv::getTextSize(words, cv::FONT_HERSHEY_SIMPLEX, text_scale, 1, nullptr);
   text(canvas, words, cv::Point(cvRound(at.x - size.width / 2.0), cvRound(at.y + size.height / 2.0)));
 }
 
-/// The box about the surface: its far walls with a grid, and its axes.
+/// The box around the surface: its far walls with a grid, and its axes.
 class Box {
  public:
-  /// @param front the side of the box that is nearer to the viewer: signs of columns and rows
+  /// @param front signs of columns and rows on the side of the box that is nearer to the viewer
   Box(const View& view, cv::Point2d front) : view_(view), front_(front / 2) {}
 
-  /// The plane below, and the two walls behind the surface.
+  /// Draws the bottom and the two walls behind the surface.
   void draw_walls(cv::Mat& canvas) const {
     const cv::Point2d f = front_;
     fill(canvas, {{{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}}}, white);
@@ -109,7 +109,7 @@ class Box {
     centred(canvas, name, beyond({front_.x, 0, 0}, {front_.x, 0}, 56));
   }
 
-  /// Along the leftmost edge that stands up, with lines along both walls.
+  /// Draws the value axis along the leftmost vertical edge, with lines along both walls.
   void value_axis(cv::Mat& canvas, const std::vector<Tick>& at, const std::string& name) const {
     const cv::Point2d one(-front_.x, front_.y), other(front_.x, -front_.y);
     const bool left = view_({one.x, one.y, 0}).x < view_({other.x, other.y, 0}).x;
@@ -132,7 +132,7 @@ class Box {
   void line(cv::Mat& canvas, const cv::Point3d& from, const cv::Point3d& to, const cv::Scalar& colour) const {
     cv::line(canvas, cv::Point(view_(from)), cv::Point(view_(to)), colour, 1, cv::LINE_AA);
   }
-  /// A place in the picture that is some dots away from an axis, in a direction of the image plane.
+  /// Position in the picture at some distance in dots from an axis, in a direction of the image plane.
   cv::Point2d beyond(const cv::Point3d& from, const cv::Point2d& direction, double dots) const {
     const cv::Point2d start = view_(from), step = view_({from.x + direction.x, from.y + direction.y, from.z}) - start;
     return start + dots / cv::norm(step) * cv::Point2d(1.4 * step.x, step.y) + cv::Point2d(0, 4);
@@ -142,12 +142,12 @@ class Box {
   cv::Point2d front_;
 };
 
-/// Draws the surface through the pixels' values from back to front, which hides what is behind: as many facets as there
-/// are four neighbours that are valid.
+/// Draws the surface through the pixels' values from back to front, so that near facets cover far ones: one facet for
+/// every four valid neighbours.
 class Surface {
  public:
   /// @param heights of the pixels, 0 to 1; not finite: invalid
-  /// @param levels of their colours: from 0 to 1 the scale, beyond the colour of its end
+  /// @param levels colour values: 0 to 1 is the scale, beyond it they are clamped
   Surface(const cv::Mat& heights, const cv::Mat& levels, const cv::Point3d& box)
       : heights_(heights), levels_(levels), box_(box) {}
 
@@ -180,7 +180,7 @@ class Surface {
     cv::fillConvexPoly(canvas, corners.data(), 4, lit, cv::LINE_8, fraction_bits);
   }
 
-  /// Light from the upper left and above falls on a facet; some comes from everywhere.
+  /// Shading of a facet: light from the upper left and above, plus ambient light.
   double brightness(int r, int c) const {
     const auto h = [&](int dr, int dc) { return static_cast<double>(heights_.at<float>(r + dr, c + dc)); };
     const double along_columns = (h(0, 1) + h(1, 1) - h(0, 0) - h(1, 0)) / 2 * box_.z / box_.x * (heights_.cols - 1),
@@ -194,7 +194,7 @@ class Surface {
   cv::Point3d box_;
 };
 
-/// The range of all values, and at least `shown`.
+/// Range of all values, at least `shown`.
 Range whole_range(const cv::Mat& image, Range shown) {
   for (const float value : cv::Mat_<float>(image)) {
     if (!std::isfinite(value)) continue;
@@ -206,11 +206,11 @@ Range whole_range(const cv::Mat& image, Range shown) {
 
 }  // namespace
 
-/// Heights over the image plane are the values; of lengths, what is near is up. Colours stand for values as in the
-/// pictures of image_writer (what is near is dark), with their scale beside the surface: beyond `minimum` and `maximum`
-/// they stay the same, and the surface goes on. They are shaded by a light from the left. A facet between four
-/// neighbours of which one is invalid is left out. The axes of columns and rows are in pixels, that of the values in m,
-/// or mm below 1 m.
+/// Draws values as heights over the image plane; for lengths, near is up. Colours represent values as in the
+/// pictures of image_writer (near is dark), with their scale beside the surface; they are clamped to `minimum` and
+/// `maximum`, heights are not. They are shaded by a light from the left. A facet between four neighbours one of
+/// which is invalid is omitted. The axes of columns and rows are in pixels, that of the values in m, or mm below 1
+/// m.
 struct SurfaceWriter final : ChannelPictures {
   Param<double> azimuth{this,
                         "azimuth",
@@ -253,7 +253,7 @@ struct SurfaceWriter final : ChannelPictures {
   }
 
  private:
-  static constexpr double relief = 0.5;  // height of the box, of its longest side
+  static constexpr double relief = 0.5;  // height of the box relative to its longest side
 
   cv::Mat picture(const cv::Mat& image, const Range& shown, std::uint64_t number) const {
     const cv::Size dots(static_cast<int>(*size), static_cast<int>(*size * 3 / 4));
@@ -268,7 +268,7 @@ struct SurfaceWriter final : ChannelPictures {
     View view(*azimuth, *elevation, box);
     const auto [unit, per_si] = shown_unit(whole);
     const cv::Rect bar(dots.width - bar_width - scale_labels_width(shown, per_si) - 12, 55, bar_width, dots.height / 3);
-    constexpr int room_for_scale = 480;  // a narrower picture has its axis of values alone
+    constexpr int room_for_scale = 480;  // narrower pictures have only the value axis
     const bool with_scale = dots.width >= room_for_scale;
     view.fit(cv::Rect2d(75, 55, (with_scale ? bar.x : dots.width) - 115, dots.height - 115));
     cv::Mat canvas(dots, CV_8UC3, white);

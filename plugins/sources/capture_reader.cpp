@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a recording, with the meaning that was recorded with them.
+// Frames of a recording, with the recorded meaning of their channels.
 #include <tofgraph/lengths.hpp>
 #include <tofgraph/physics/exposures.hpp>
 
@@ -26,9 +26,9 @@
 
 namespace tofgraph {
 
-/// Channels come as they were recorded; flags of one byte become two. Where there is a length channel there are flags
-/// too, and the two agree: an invalid pixel is NaN in every length channel and has the flag `invalid`, whichever of
-/// the two was recorded. Recorded lengths of zero, below zero or beyond max_length become invalid pixels.
+/// Channels are read as recorded; flags of one byte become two. If there is a length channel there are flags too, and
+/// the two are made consistent: an invalid pixel is NaN in every length channel and has the flag `invalid`, whichever
+/// of the two was recorded. Recorded lengths of zero, below zero or beyond max_length become invalid pixels.
 struct CaptureReader final : Source {
   Param<InputFile> file{
       this, "file", {.required = true, .text = "a capture (.h5), or one that is still being recorded (.h5.part)"}};
@@ -99,13 +99,13 @@ struct CaptureReader final : Source {
  private:
   struct Chosen {
     io::CaptureChannel channel;
-    std::optional<std::size_t> index;  ///< in the capture; nothing: flags that it does not have
+    std::optional<std::size_t> index;  ///< in the capture; nothing: flags that the capture lacks
   };
 
-  /// Returns whether a channel is the simulation's truth, which would conflict with computed channels.
+  /// Returns whether a channel is simulated ground truth, which would conflict with computed channels.
   static bool is_truth(const io::CaptureChannel& channel) { return channel.applied == "truth"; }
 
-  /// Recorded values of a channel, and those that are numbers but not valid lengths.
+  /// Number of recorded values of a channel, and those that are numbers but not valid lengths.
   struct Refused {
     std::size_t values = 0;
     io::RefusedLengths lengths;
@@ -124,7 +124,7 @@ struct CaptureReader final : Source {
     return result;
   }
 
-  /// Serial number, time and temperatures of the recording, as far as they are known.
+  /// Announces serial number, time and temperatures of the recording, as far as known.
   void describe_source() const {
     nlohmann::json source = nlohmann::json::object();
     if (const std::string& serial = reader_->header().serial; !serial.empty()) source["serial"] = serial;
@@ -184,7 +184,7 @@ struct CaptureReader final : Source {
     const tofgraph_camera* camera = setup.stream().camera;
     if (camera == nullptr) {
       if (setup.use_profile(header.camera, header.profile)) return check_profile(setup.camera());
-      if (!header.profile.empty()) return;  // the host tells what is wrong with the text
+      if (!header.profile.empty()) return;  // the host reports errors in the text
       warn(fmt::format("there is no profile for the capture's camera '{}': stages that need one will fail",
                        header.camera));
       return;
@@ -198,7 +198,7 @@ struct CaptureReader final : Source {
       warn(fmt::format("the capture is of the camera '{}', the pipeline's '{}' is used", header.camera, camera->name));
   }
 
-  /// The capture knows its own exposures best.
+  /// Exposures stated by the capture take precedence over the profile's.
   void choose_exposures(const Setup& setup) const {
     const physics::Exposures& own = reader_->header().exposures;
     if (own.empty() || *exposures == "camera") return;
@@ -212,7 +212,7 @@ struct CaptureReader final : Source {
                       own.size(), camera->name));
   }
 
-  /// Distance models use the sources that were on.
+  /// Restricts the camera to the sources that were on, for distance models.
   void choose_sources(const Setup& setup) const {
     const std::vector<std::string>& recorded = reader_->header().sources;
     std::istringstream words(*sources);
@@ -249,7 +249,7 @@ struct CaptureReader final : Source {
                                           camera.name, camera.width, camera.height));
   }
 
-  /// Makes values that are not valid lengths NaN, and counts them.
+  /// Sets invalid lengths to NaN and counts them.
   void refuse_no_lengths(const std::vector<tofgraph_view>& views) {
     constexpr float nan = std::numeric_limits<float>::quiet_NaN();
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -278,7 +278,7 @@ struct CaptureReader final : Source {
     }
   }
 
-  /// Invalid is a pixel with that flag, or one that is NaN in a length channel; afterwards it is both, everywhere.
+  /// Makes flags and lengths consistent: a pixel that has the flag invalid or is NaN in a length channel gets both.
   void agree(const std::vector<tofgraph_view>& views) const {
     std::uint16_t* flags = nullptr;
     for (std::size_t i = 0; i < views.size(); ++i) {
@@ -296,7 +296,7 @@ struct CaptureReader final : Source {
       }
     };
     each_length(false, [](std::uint16_t& flag, std::span<float> values) {
-      if ((flag & flag::filled) != 0) return;  // valid in what was filled, not known in the other lengths
+      if ((flag & flag::filled) != 0) return;  // valid in the filled channel, unknown in the other lengths
       if (std::ranges::any_of(values, [](float v) { return std::isnan(v); })) flag |= flag::invalid;
     });
     each_length(true, [](std::uint16_t flag, std::span<float> values) {

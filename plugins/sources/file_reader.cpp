@@ -19,9 +19,9 @@
 
 namespace tofgraph {
 
-/// Reads one file, or a series. What the file does not state is stated by the parameters, or
-/// by a layout file for more than one array; what is ambiguous is an error that lists the readings. Values become SI;
-/// "no measurement" becomes NaN with the flag `invalid`.
+/// Reads one file, or a series. Information missing in the file is given by the parameters, or by a layout file for
+/// more than one array; ambiguity is an error that lists the possible readings. Values become SI; "no measurement"
+/// becomes NaN with the flag `invalid`.
 struct FileReader final : Source {
   Param<InputFile> file{this, "file", {.text = "the file"}};
   Param<std::string> files{
@@ -86,7 +86,7 @@ struct FileReader final : Source {
       std::fill(bits.begin(), bits.end(), std::uint16_t{0});
       flags = bits.data();
     }
-    for (std::size_t i = channels.size(); i-- > 0;) {  // flags of the file first: others add to them
+    for (std::size_t i = channels.size(); i-- > 0;) {  // flags of the file first, because other channels add to them
       void* out = channels[i].name == "flags" ? flags : frame.write(described(channels[i])).data;
       frames_->read(next_, i, out, flags);
       if (next_ == 0 && is_image_of_lengths(channels[i].name)) check_lengths(channels[i].name, frame);
@@ -110,7 +110,7 @@ struct FileReader final : Source {
  private:
   static bool is_image_of_lengths(const std::string& name) { return is_length_channel(name) && name != "points"; }
 
-  /// Warns where the lengths of the first frame look as if they were in another unit.
+  /// Warns if the lengths of the first frame appear to be in another unit.
   void check_lengths(const std::string& name, const Frame& frame) const {
     const Array<const float> lengths(frame.find(name.c_str()));
     const tofgraph_camera& camera = frames_->camera();
@@ -142,7 +142,7 @@ struct FileReader final : Source {
     return made;
   }
 
-  /// The layout file, with what the parameters state.
+  /// Layout from the file, completed by the parameters.
   foreign::Layout stated() const {
     foreign::Layout result;
     if (layout.given()) {
@@ -163,7 +163,7 @@ struct FileReader final : Source {
     }
     if (result.channels.empty() && (unit.given() || axes.given() || invalid.given()))
       throw ConfigError("as", "must say which channel the array is, e.g. as: depth");
-    // A unit and a value for "not measured" are of lengths, where there are any: an amplitude may well be 0.
+    // Unit and "not measured" value apply to lengths, if there are any: an amplitude may well be 0.
     const auto is_length = [](const foreign::ChannelLayout& channel) {
       return is_length_channel(channel.channel) || channel.channel == "sigma";
     };
@@ -194,7 +194,7 @@ struct FileReader final : Source {
     layout.channels.push_back({.channel = channel, .array = equal == std::string::npos ? "" : text.substr(equal + 1)});
   }
 
-  std::unique_ptr<graph::PluginRegistry> registry_;  // the frames look at it
+  std::unique_ptr<graph::PluginRegistry> registry_;  // the frames refer to it
   std::unique_ptr<foreign::ForeignFrames> frames_;
   std::uint64_t next_ = 0;
 };

@@ -14,8 +14,8 @@
 
 namespace tofgraph {
 
-/// Reads what the vendor's library hands out as source data, frame after frame: 4 x { 512-byte header, kept and not
-/// interpreted; H x W x (tap A, tap B) unsigned 16-bit big-endian }. Image i of the file is phase k = phase_order[i].
+/// Reads the vendor library's source data, frame after frame: 4 x { 512-byte header, kept and not interpreted; H x W x
+/// (tap A, tap B) unsigned 16-bit big-endian }. Image i of the file is phase k = phase_order[i].
 struct PmdRawReader final : Source {
   Out<std::uint16_t> taps{this, "taps"};
   Out<std::uint8_t> headers{

@@ -15,9 +15,9 @@
 
 namespace tofgraph {
 
-/// With `scene`, the frames of its conditions one after the other; without, a board that fills the view. Noise: see
-/// simulation::Frames; the same for the same seed, condition, frame and pixel. Pixels outside the lens model are NaN.
-/// Phases without noise are computed once and shared by all frames of a condition.
+/// With `scene`, simulates the frames of its conditions one after the other; otherwise a board that fills the view.
+/// Noise: see simulation::Frames; equal for equal seed, condition, frame and pixel. Pixels outside the lens model are
+/// NaN. Phases without noise are computed once and shared by all frames of a condition.
 struct Simulator final : Source {
   Out<float> phases{this, "phases", {.optional = true}};
   Out<std::uint16_t> taps{this, "taps", {.optional = true}};
@@ -159,7 +159,7 @@ struct Simulator final : Source {
     return std::move(made.effects);
   }
 
-  /// The camera that is handed on has the sources that are on; the simulation has its own camera.
+  /// The output camera has only the sources that are on; the simulation uses its own camera.
   void choose_sources(const Setup& setup) const {
     const auto& conditions = simulation_->conditions();
     const std::vector<std::string>& first = conditions.front().sources;
@@ -228,7 +228,7 @@ struct Simulator final : Source {
       *white++ = std::isfinite(hit.return_path) ? static_cast<float>(hit.reflectivity) : NAN;
   }
 
-  /// Four dimensions, which Out does not make.
+  /// Creates the four-dimensional channel, which Out does not support.
   std::uint16_t* taps_of(const Frame& frame) const {
     const tofgraph_channel channel{.type = TOFGRAPH_TYPE_U16,
                                    .rank = 4,
@@ -238,7 +238,7 @@ struct Simulator final : Source {
     return static_cast<std::uint16_t*>(frame.write(channel).data);
   }
 
-  /// Hands the samples on without a copy; each frame keeps them alive.
+  /// Shares the samples without a copy; each frame keeps them alive.
   void share_phases(const Frame& frame) {
     if (!shared_) {
       auto samples = std::make_shared<Values>(now_->exposures() * rows_ * columns_);
@@ -248,7 +248,7 @@ struct Simulator final : Source {
     const auto row = static_cast<std::int64_t>(columns_ * sizeof(float));
     const tofgraph_view view{.type = TOFGRAPH_TYPE_F32,
                              .rank = 3,
-                             .data = const_cast<float*>(shared_->data()),  // readers only read
+                             .data = const_cast<float*>(shared_->data()),  // shared buffers are read-only
                              .extent = {now_->exposures(), rows_, columns_, 0},
                              .stride = {row * static_cast<std::int64_t>(rows_), row, sizeof(float), 0},
                              .channel = phases.channel(),
@@ -256,12 +256,12 @@ struct Simulator final : Source {
     using Owner = std::shared_ptr<const Values>;
     auto owner = std::make_unique<Owner>(shared_);
     frame.share(view, owner.get(), [](void* memory) { delete static_cast<Owner*>(memory); });
-    static_cast<void>(owner.release());  // now the frame's
+    static_cast<void>(owner.release());  // now owned by the frame
   }
 
-  std::unique_ptr<const simulation::Simulation> simulation_;  // of a scene
+  std::unique_ptr<const simulation::Simulation> simulation_;  // for a scene
   std::unique_ptr<const simulation::ConditionFrames> prepared_;
-  simulation::Pixels pixels_;  // of the board
+  simulation::Pixels pixels_;  // for the board
   std::unique_ptr<const io::Camera> camera_;
   std::unique_ptr<const simulation::ForwardModel> forward_;
   std::unique_ptr<const simulation::Frames> board_;
@@ -272,7 +272,7 @@ struct Simulator final : Source {
   const simulation::Frames* now_ = nullptr;
   std::shared_ptr<const Values> shared_;
   std::size_t rows_ = 0, columns_ = 0, condition_ = 0;
-  std::uint64_t count_ = 0, next_ = 0, total_ = 0;  // of this condition, in all
+  std::uint64_t count_ = 0, next_ = 0, total_ = 0;  // of this condition, in total
 };
 
 }  // namespace tofgraph

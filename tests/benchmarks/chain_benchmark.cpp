@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// pipelines/full_chain.yaml through the graph beside the same chain by hand, on one and two threads; capture and clouds
-// in memory (/dev/shm). The time of both begins when the start is over: tables are made, files are open.
+// pipelines/full_chain.yaml in the graph compared with the same chain written by hand, on one and two threads; capture
+// and clouds in memory (/dev/shm). Both are timed after start-up: tables are computed, files are open.
 #include "io/profile.hpp"
 #include "tests/benchmarks/chain_by_hand.hpp"
 #include "tests/program.hpp"
@@ -28,10 +28,10 @@ using namespace tofgraph;
 namespace fs = std::filesystem;
 using Cloud = pcl::PointCloud<pcl::PointXYZI>;
 
-constexpr unsigned frames = 600, start_frames = 40;  // the first ones of a run are its start
+constexpr unsigned frames = 600, start_frames = 40;  // the first frames of a run are its start-up
 const fs::path source = TOFGRAPH_SOURCE_DIR;
 
-/// Elapsed time and processor time of all threads, which other programs on the machine disturb less.
+/// Elapsed time, and processor time of all threads, which is less disturbed by other programs.
 struct Seconds {
   double wall, processor;
 };
@@ -62,7 +62,7 @@ std::string cloud_file(const char* name, std::uint64_t frame) {
   return (folder() / fmt::format("{}_{:06}.pcd", name, frame)).string();
 }
 
-/// @returns s for each frame, after the start
+/// @returns s per frame, after start-up
 Seconds run_graph(unsigned count, unsigned threads, std::int64_t capacity) {
   const fs::path file = folder() / fmt::format("chain_{}.yaml", capacity);
   if (!fs::exists(file)) {
@@ -97,7 +97,7 @@ const by_hand::Chain& chain(bool bisection) {
   return bisection ? halving : newton;
 }
 
-/// Frames are dealt to the threads, the best that can be had by hand; HDF5 serves one at a time.
+/// Frames are distributed to the threads, the best manual parallelisation; HDF5 serves one thread at a time.
 Seconds run_by_hand(unsigned count, unsigned threads, bool bisection) {
   cv::setNumThreads(1);
   const by_hand::Capture capture(folder() / "capture.h5");
@@ -136,9 +136,9 @@ double difference(const Cloud& a, const Cloud& b, double share) {
   return *at;
 }
 
-/// Both sides compute the same: before the denoisers half of the pixels agree to 0.1 mm and 90 % to 0.3 mm, as
-/// cv::cartToPolar is right to 0.01 deg and cv::blur mixes surfaces at their edges; after them half agree to 1 mm, as
-/// OpenCV compares patches by another norm.
+/// Both sides compute the same: before the denoisers half of the pixels agree to 0.1 mm and 90 % to 0.3 mm, because
+/// cv::cartToPolar is accurate to 0.01 deg and cv::blur mixes surfaces at their edges; after them half agree to 1 mm,
+/// because OpenCV compares patches with another norm.
 void compare(benchmark::State& state) {
   for (auto _ : state) {
     const std::string tail = " --frames 1 --force";

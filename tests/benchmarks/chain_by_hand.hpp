@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// The chain of pipelines/full_chain.yaml as one writes it by hand with HDF5, OpenCV and PCL: image operations of
-/// OpenCV where there are any, a plain loop over the pixels elsewhere. Neither sigma nor flags are computed. Only the
-/// offset calibration is read by tofgraph; from then on the correction is an image of errors that cv::remap
+/// @file The chain of pipelines/full_chain.yaml, hand-written with HDF5, OpenCV and PCL:
+/// image operations of OpenCV where available, a plain loop over the pixels elsewhere.
+/// Neither sigma nor flags are computed. Only the offset calibration is read by
+/// tofgraph; afterwards the correction is an image of errors that cv::remap
 /// interpolates.
 #pragma once
 
@@ -30,7 +30,7 @@ constexpr float focal_px = 320, centre = 101.5F, f = 12.8e-3F, base = 0.05F;  //
 constexpr double pi = std::numbers::pi, metres_per_radian = 299792458.0 / (4 * pi * 20e6);
 constexpr double integration_time = 13e-3, time_since_power_on = 300;  // s, of the scene
 
-/// Frames of a capture by HDF5's own interface.
+/// Frames of a capture, read with HDF5's own interface.
 class Capture {
  public:
   explicit Capture(const std::filesystem::path& file) : file_(H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT)) {
@@ -60,8 +60,8 @@ class Capture {
 
 class Chain {
  public:
-  /// @param camera the same camera, which the calibration is compared with
-  /// @param bisection solves the model like the reference; false: Newton's method, which is faster
+  /// @param camera the same camera, with which the calibration is compared @param bisection solves the model as in the
+  /// reference; false: Newton's method, which is faster
   Chain(const tofgraph_camera& camera, const std::filesystem::path& calibration, bool bisection)
       : bisection_(bisection) {
     const cv::Matx33d matrix(focal_px, 0, centre, 0, focal_px, centre, 0, 0, 1);
@@ -87,7 +87,7 @@ class Chain {
     }
   }
 
-  /// Processes a frame. @param denoise false: the cloud before the denoiser, to compare
+  /// Processes a frame. @param denoise false: returns the cloud before the denoiser, for comparison
   void operator()(float* phases, pcl::PointCloud<pcl::PointXYZI>& cloud, bool denoise = true) const {
     cv::Mat c[4];
     for (int k = 0; k < 4; ++k) c[k] = cv::Mat(side, side, CV_32F, phases + k * side * side);
@@ -98,7 +98,7 @@ class Chain {
     undo_offset(distance, amplitude);
     depth = to_depth(distance);
     if (denoise) {
-      cv::Mat tenths, smooth;  // of millimetres: this function takes no float
+      cv::Mat tenths, smooth;  // in millimetres: this function does not accept float
       depth.convertTo(tenths, CV_16U, 1e4);
       cv::fastNlMeansDenoising(tenths, smooth, std::vector<float>{100}, 3, 7, cv::NORM_L1);
       smooth.convertTo(depth, CV_32F, 1e-4);
@@ -123,7 +123,7 @@ class Chain {
     return {static_cast<float>(x / size), static_cast<float>(y / size), static_cast<float>(1 / size)};
   }
 
-  /// Wiggling by a fixed point, then the leaked light, then the drift.
+  /// Wiggling by fixed-point iteration, then crosstalk, then the drift.
   static cv::Mat undo_effects(const cv::Mat& amplitude, const cv::Mat& phase) {
     const auto m3 = static_cast<float>(6e-3 / metres_per_radian), k = static_cast<float>(metres_per_radian);
     const auto real = static_cast<float>(250 * integration_time),
@@ -141,7 +141,7 @@ class Chain {
     return distance;
   }
 
-  /// The mean path from the sources to the point at D_ref, and its slope.
+  /// Mean path from the sources to the point at D_ref, and its derivative.
   static double mean_path(const cv::Point3f& u, double r, double& slope) {
     const double x = r * double{u.x}, y = r * double{u.y}, z = f + r * double{u.z}, rest = y * y + z * z;
     double mean = 0;
@@ -154,7 +154,7 @@ class Chain {
     return mean;
   }
 
-  /// D_ref to a micrometre.
+  /// D_ref to one micrometre.
   double reference_distance(const cv::Point3f& u, float distance) const {
     const double given = 2 * double{distance} - double{f} / double{u.z};
     double slope = 0, low = 0, high = 7.5, r = given / 2;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The plain companions of the measuring chain, each alone through the plugin border, 204 x 204 pixels.
+// The simpler stages of the measuring chain, each alone through the plugin interface, 204 x 204 pixels.
 #include <tofgraph/harness.hpp>
 
 #include <benchmark/benchmark.h>
@@ -21,7 +21,7 @@ std::vector<float> noisy(float mean, float deviation) {
   return values;
 }
 
-/// Runs a stage on a frame with distance or depth, amplitude, sigma and flags, as the chain makes it.
+/// Runs a stage on a frame with distance or depth, amplitude, sigma and flags, as produced by the chain.
 void run(benchmark::State& state, const std::string& line, const std::string& length) {
   tofgraph::Harness stage(line);
   stage.camera("camcube2");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Undoing a model's effects, 204 x 204 pixels on one core: tables compiled, and a frame corrected from them; beside it
-// what others do, a polynomial of degree six for each pixel.
+// Removing a model's effects, 204 x 204 pixels on one core: compilation of the tables, and correction of a frame;
+// compared with the usual alternative, a polynomial of degree six for each pixel.
 #include "simulation/correction.hpp"
 #include "tests/unit/effect_fixture.hpp"
 

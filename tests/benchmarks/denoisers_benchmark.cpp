@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The denoisers on one core, beside their nearest relatives in OpenCV on the same image in the same run.
+// The denoisers on one core, compared with the closest OpenCV functions on the same image in the same run.
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 #include <opencv2/core.hpp>
@@ -24,7 +24,7 @@ void one_core() {
   cv::setNumThreads(1);
 }
 
-/// A stage on a frame with depth and flags. @param sigma and the channels sigma and amplitude
+/// Runs a stage on a frame with depth and flags. @param sigma adds the channels sigma and amplitude
 void stage(benchmark::State& state, const std::string& line, bool sigma, std::ptrdiff_t size, bool invalid = false) {
   one_core();
   test::Image depth = noisy_boxes(size);
@@ -50,7 +50,7 @@ void opencv_bilateral(benchmark::State& state) {
   for (auto _ : state) cv::bilateralFilter(image, filtered, 7, 0.020 / std::sqrt(2.0), 5 / std::sqrt(2.0));
 }
 
-/// 16 bit, unit 0.1 mm: it knows no float.
+/// 16 bit, unit 0.1 mm: float is not supported.
 void opencv_non_local_means(benchmark::State& state) {
   one_core();
   test::Image depth = noisy_boxes(204);

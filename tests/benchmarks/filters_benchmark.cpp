@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The measuring chain of a CamCube, 204 x 204 pixels on one core, stage by stage through the plugin border.
+// The measuring chain of a CamCube, 204 x 204 pixels on one core, stage by stage through the plugin interface.
 #include "tests/unit/cameras.hpp"
 
 #include <benchmark/benchmark.h>
@@ -99,7 +99,7 @@ template <class T> void phase_decoder_nine_images(benchmark::State& state) {
 BENCHMARK(phase_decoder_nine_images<float>)->Unit(benchmark::kMillisecond);
 BENCHMARK(phase_decoder_nine_images<std::int16_t>)->Unit(benchmark::kMillisecond);
 
-/// The same formulas pixel by pixel in plain float, arrays on the stack: what one writes by hand.
+/// The same formulas pixel by pixel in plain float, arrays on the stack: a typical hand-written version.
 void scalar_nine_images(benchmark::State& state) {
   const std::vector<float> phases = nine_phases<float>();
   constexpr std::size_t n = vga_rows * vga_columns;
@@ -144,13 +144,13 @@ void scalar_nine_images(benchmark::State& state) {
 }
 BENCHMARK(scalar_nine_images)->Unit(benchmark::kMillisecond);
 
-/// The decoding formula of libfreenect2 (Kinect v2) by hand: unwrapping by rounded differences of the phases in the
-/// units 1/3, 1/15 and 1/2 of the common range, and their distance from the line of equal distances as confidence.
+/// The decoding formula of libfreenect2 (Kinect v2), hand-written: unwrapping by rounded differences of the phases in
+/// the units 1/3, 1/15 and 1/2 of the common range, and their distance from the line of equal distances as confidence.
 void libfreenect2_formula(benchmark::State& state) {
   const std::vector<float> phases = nine_phases<float>();
   constexpr std::size_t n = vga_rows * vga_columns;
   constexpr float waves[] = {3, 15, 2}, two_pi = 6.2831853F;       // 80, 16, 120 MHz
-  const auto metres = static_cast<float>(299792458.0 / 2 / 72e6);  // a turn of the mean frequency
+  const auto metres = static_cast<float>(299792458.0 / 2 / 72e6);  // one period of the mean frequency
   std::vector<float> distance(n), amplitude(n);
   float worst = 0;
   for (auto _ : state) {
@@ -166,7 +166,7 @@ void libfreenect2_formula(benchmark::State& state) {
       }
       float first = std::floor((t[1] - t[0]) / 3 + 0.5F) * 3 + t[0], second = t[1];
       const float apart = first - t[2], half = std::abs(apart) / 2, part = 2 * (half - std::floor(half));
-      if (part > 0.5F && part < 1.5F) {  // the third says that the range was left once
+      if (part > 0.5F && part < 1.5F) {  // the third indicates that the range was exceeded once
         first += 15;
         second += 15;
       }
@@ -212,7 +212,7 @@ BENCHMARK_CAPTURE(optimized_bistatic, two_sources_sigma, "optimized_bistatic", t
 BENCHMARK_CAPTURE(optimized_bistatic, reference, "optimized_bistatic solver=bisection", false)
     ->Unit(benchmark::kMicrosecond);
 
-/// Method of the thesis: D_ref by halving 0 .. 7.5 m for each pixel, as plain scalar code; stops at a micrometre.
+/// Method of the thesis: D_ref by bisection of 0 .. 7.5 m for each pixel, plain scalar code; stops at a micrometre.
 void scalar_bisection(benchmark::State& state) {
   const std::vector<float> measured = distances();
   const auto geometry = physics::geometry_of(camera().view);

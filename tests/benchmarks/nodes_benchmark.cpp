@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a node costs that only passes frames on, beside a virtual call. The difference between 50 nodes and one, divided
-// by 49, is the node; results.py measures GStreamer's `identity` in the same way.
+// Cost of a node that only passes frames on, compared with a virtual call. The difference between 50 nodes and one,
+// divided by 49, is the cost per node; results.py measures GStreamer's `identity` in the same way.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <tofgraph/pipeline.hpp>
@@ -11,7 +11,7 @@
 
 namespace {
 
-/// `intrinsics` without rectify gives the stream another camera and does nothing to a frame.
+/// `intrinsics` without rectify changes the camera of the stream and leaves frames unchanged.
 void pass_on(benchmark::State& state) {
   constexpr std::uint64_t frames = 20000;
   std::string line = fmt::format("simulator noise=none frames={}", frames);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files of other programs read into channels, beside a plain copy of as many bytes in memory. 100 MB, which no cache
-// holds, but the file system keeps.
+// Reading files of other programs into channels, compared with a plain memory copy of the same size. 100 MB, larger
+// than any processor cache, but within the file system's cache.
 #include "foreign/foreign_frames.hpp"
 #include "foreign/layout.hpp"
 #include "io/profile.hpp"
@@ -61,7 +61,7 @@ template <class T> void npy(benchmark::State& state, const char* type, double mo
 void npy_float32(benchmark::State& state) { npy<float>(state, "<f4", 7, "m"); }
 void npy_uint16(benchmark::State& state) { npy<std::uint16_t>(state, "<u2", 7000, "mm"); }
 
-/// The peer: memory to memory, both longer than the caches.
+/// The reference: memory to memory, both larger than the caches.
 void copy(benchmark::State& state) {
   const std::vector<float> from(frames * pixels, 1.5F);
   std::vector<float> to(frames * pixels);

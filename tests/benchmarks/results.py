@@ -1,11 +1,12 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the benchmarks and their peers, writes bench/RESULTS.md with its plots. ./bootstrap bench builds and calls it.
+"""Runs the benchmarks and their peers, writes bench/RESULTS.md with its plots. ./bootstrap bench builds and calls
+it.
 
-Every figure is the median of interleaved repetitions. Stages on one core are compared by processor time, which other
-programs on the machine disturb less; chains on several threads by elapsed time. A peer that is not installed is
-skipped with a note."""
+Every figure is the median of interleaved repetitions. Stages on one core are compared by processor time, which is
+less disturbed by other programs; chains on several threads by elapsed time. A peer that is not installed is skipped
+with a note."""
 import argparse
 import datetime
 import json
@@ -35,7 +36,7 @@ BUDGETS_MS = {
     "run/average_of_10": 0.15, "run/average_running_10": 0.15, "points/transform": 0.15, "run/offset_correction": 0.30,
     "run/offset_correction_not_averaged": 0.30, "FurtherFrame/five_effects": 5, "OneFrame/five_effects": 5,
     "CoarseCondition": 0.2, "phase_decoder_nine_images<float>": 1000 / 300}
-# what is compared, with which peer of the same program, times faster required
+# benchmark, its reference in the same program, required speed-up
 PEERS = [
     ("optimized_bistatic/two_sources", "scalar_bisection", 50),
     ("phase_decoder_nine_images<float>", "scalar_nine_images", None),
@@ -63,7 +64,7 @@ def require(what, measured, wanted, holds):
 
 
 def measure(program, repetitions, min_time=0.1):
-    """Medians by name: ms of elapsed (real) and processor time (cpu), and counters."""
+    """Medians by name: elapsed (real) and processor time (cpu) in ms, and counters."""
     command = [ROOT / "build/benchmarks" / program, "--benchmark_format=json", f"--benchmark_min_time={min_time}",
                f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
                "--benchmark_report_aggregates_only=true"]
@@ -82,7 +83,7 @@ def measure(program, repetitions, min_time=0.1):
 
 
 def processor_time(command):
-    """Elapsed and processor seconds of a command."""
+    """Elapsed and processor time of a command, s."""
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic() - start
@@ -90,7 +91,7 @@ def processor_time(command):
 
 
 def plot(name, title, axes, commands, data):
-    """A picture by gnuplot. @param data blocks of lines by name, which the commands use as $name"""
+    """Plots a figure with gnuplot. @param data blocks of lines by name, referred to in the commands as $name"""
     blocks = "".join(f"${key} << EOD\n" + "\n".join(" ".join(map(str, row)) for row in rows) + "\nEOD\n"
                      for key, rows in data.items())
     script = (f"set terminal svg size 720,400 dynamic font 'sans,13' background 'white'\n"

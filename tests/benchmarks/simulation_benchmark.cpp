@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The digital twin: a frame with noise and five effects, and one evaluation as a search makes it.
+// The digital twin: a frame with noise and five effects, and one evaluation as in a search.
 #include <benchmark/benchmark.h>
 
 #include "io/profile.hpp"
@@ -18,7 +18,7 @@ const tofgraph_camera& camera() {
   return profile->view();
 }
 
-/// Five effects, of each level one; with a nonlinear converter, which has to see every frame's taps, or without.
+/// Five effects, one per level; with or without a nonlinear converter, which requires every frame's taps.
 std::vector<EffectPtr> five_effects(bool readout) {
   const std::string text =
       std::string(
@@ -51,7 +51,7 @@ void OneFrame(benchmark::State& state, bool readout) {
   }
 }
 
-/// A further frame of the same condition.
+/// Another frame of the same condition.
 void FurtherFrame(benchmark::State& state, bool readout) {
   const ForwardModel model(camera(), false, five_effects(readout));
   const Pixels pixels = whole_image(camera());

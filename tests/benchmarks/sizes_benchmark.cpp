@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Stages on images from 64 x 48 pixels to 4 megapixels on one core, beside STREAM's triad: cost of a pixel, and how far
-// from the bandwidth of the memory it is.
+// Stages on images from 64 x 48 pixels to 4 megapixels on one core, compared with STREAM's triad: cost per pixel, and
+// fraction of the memory bandwidth.
 #include "tests/unit/cameras.hpp"
 
 #include <benchmark/benchmark.h>
@@ -29,8 +29,8 @@ std::vector<float> ramp(std::size_t pixels, double from, double to) {
   return values;
 }
 
-/// Runs a stage. @param fill puts its channels
-/// @param bytes what a pixel of the images and tables has at least to be read and written, reported as bytes_per_pixel
+/// Runs a stage. @param fill sets its input channels
+/// @param bytes minimum to be read and written per pixel of the images and tables, reported as bytes_per_pixel
 template <class Fill> void run(benchmark::State& state, const std::string& line, double bytes, const Fill& fill) {
   const Size size = sizes[state.range(0)];
   const test::Camera camera(size.width, size.height, 12.8e-3, 40e-6 * 204 / size.width,
@@ -41,7 +41,7 @@ template <class Fill> void run(benchmark::State& state, const std::string& line,
   stage.metadata().modulation_frequency = 20e6;
   stage.metadata().time_since_power_on = 600;
   fill(stage, size);
-  for (int i = 0; i < 20; ++i) stage.run();  // memory exists; the decoder has checked the order of the first images
+  for (int i = 0; i < 20; ++i) stage.run();  // memory is allocated; the decoder has checked the image order
   for (auto _ : state) stage.run();
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(size.pixels()));
   state.counters["pixels"] = static_cast<double>(size.pixels());
@@ -92,7 +92,7 @@ void point_cloud(benchmark::State& state) {
   });
 }
 
-/// a = b + s c as in STREAM, arrays of 128 MB: 24 bytes for each element.
+/// a = b + s c as in STREAM, arrays of 128 MB: 24 bytes per element.
 void triad(benchmark::State& state) {
   constexpr std::size_t n = std::size_t{1} << 24U;
   std::vector<double> a(n), b(n, 1.0), c(n, 2.0);

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs the chain from a simulated camera to clouds for a long time and checks that every frame is accounted for and that
-memory stays flat: MINUTES in real time from the live camera, then HOURS of simulated time, one frame a second, as fast
-as the machine can.
+"""Runs the chain from a simulated camera to clouds for a long time and checks that every frame is accounted for and
+that memory use stays constant: MINUTES in real time from the live camera, then HOURS of simulated time, one frame
+per second, as fast as the machine can.
 
     tests/endurance/endurance.py --build build --minutes 30 --hours 24
 
-Prints a line per run; exit code 1 where a check fails."""
+Prints a line per run; exit code 1 if a check fails."""
 import argparse
 import json
 import os
@@ -29,8 +29,8 @@ nodes:
   - {{name: cloud, stage: point_cloud}}
   - {{name: save, stage: pcd_writer, path: "out/cloud_{{frame:08}}.pcd"}}
 """
-# Bytes that the resident memory may grow in the second half of a run: on a busy machine it takes long until as many frames
-# as may be under way have been.
+# Bytes by which the resident memory may grow in the second half of a run: on a busy machine it takes long until the
+# maximum number of frames has been in flight.
 FLAT = 4 << 20
 
 
@@ -42,7 +42,7 @@ def resident(process):
 
 
 def remove(folder):
-    """Removes the clouds that are whole, so that the disk has room for a day of them; returns their number."""
+    """Removes the complete clouds, so that the disk has room for a day of them; returns their number."""
     files = list(folder.glob("cloud_*.pcd"))
     for file in files:
         file.unlink()
@@ -77,7 +77,7 @@ def run(build, name, source, frames, stop_after):
     text = (f"{name}: {counts['camera']} frames in {time.monotonic() - begin:.0f} s, {written} clouds, "
             f"{stats['dropped']} reported as dropped; memory {(early + growth) / 1e6:.1f} MB, "
             f"{growth / 1e6:+.1f} MB in the second half")
-    enough = counts["camera"] == frames if frames else counts["camera"] > 10 * stop_after  # of 80 a second
+    enough = counts["camera"] == frames if frames else counts["camera"] > 10 * stop_after  # of 80 per second
     return text, accounted and enough and growth <= FLAT
 
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Injects faults into running pipelines and checks what is left: files with their final names are whole, recordings open
-in h5py and h5dump, and a run that ends by itself or by a signal has written every frame or counted it as lost.
+"""Injects faults into running pipelines and checks the results: files with their final names are complete,
+recordings open in h5py and h5dump, and a run that ends normally or by a signal has written or counted every frame.
 
     tests/endurance/faults.py --build build --faults 1000 [--seed 1] [--only KIND]
 
-Exit code 77 (skipped) without h5py or h5dump, 1 where a check fails."""
+Exit code 77 (skipped) without h5py or h5dump, 1 if a check fails."""
 import argparse
 import collections
 import json
@@ -39,7 +39,7 @@ nodes:
 
 
 class Broken(Exception):
-    """A promise that was not kept."""
+    """A violated guarantee."""
 
 
 def require(holds, text):
@@ -79,7 +79,7 @@ class Run:
         return self.process.returncode
 
     def frames_of(self, name):
-        """Frames in a recording, read by other programs; one that was cut off is repaired before. None: no such file."""
+        """Number of frames read by other programs; a truncated recording is repaired first. None: no such file."""
         path = self.out / name
         if not path.exists():
             return None
@@ -100,7 +100,7 @@ class Run:
             return min(lengths)
 
     def clouds(self):
-        """Number of clouds; each has to hold what its header announces."""
+        """Number of clouds; each must contain what its header declares."""
         files = sorted(self.out.glob("cloud_*.pcd"))
         for path in files:
             head, found, body = path.read_bytes().partition(b"DATA binary\n")
@@ -130,7 +130,7 @@ def killed(run, rng):
 
 
 def interrupted(run, rng):
-    """SIGTERM or SIGINT: the frames up to there are complete."""
+    """SIGTERM or SIGINT: the frames written so far are complete."""
     run.start().wait_for_recording()
     time.sleep(rng.uniform(0, 0.3))
     run.process.send_signal(rng.choice([signal.SIGTERM, signal.SIGINT]))
@@ -143,7 +143,7 @@ def interrupted(run, rng):
 
 
 def slow(run, rng):
-    """A sink that is slower than the camera: what it misses is counted."""
+    """A sink that is slower than the camera: frames it misses are counted."""
     code = run.start().end()
     require(code == 0, f"exit code {code}: {run.errors[-300:]}")
     stats = run.stats()
@@ -180,7 +180,7 @@ def full_disk(run, rng):
 
 
 def little_memory(run, rng):
-    """A limit of memory, from too little to start to nearly enough."""
+    """A memory limit, from too little for start-up to nearly enough."""
     code = run.start([f"prlimit", f"--as={rng.randrange(100, 900) << 20}"]).end()
     for name in ("taken.h5", "taken.h5.part"):
         run.frames_of(name)

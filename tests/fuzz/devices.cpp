@@ -23,7 +23,7 @@ void protocol(std::string_view bytes) {
   }
 }
 
-/// Transfers of a camera of 2 x 3 pixels: a byte chooses whether the next one is short, lost, or of full size.
+/// Transfers of a camera of 2 x 3 pixels: one byte determines whether the next one is short, lost, or complete.
 void usb_packets(std::string_view bytes) {
   camcube::Protocol protocol;
   protocol.magic = camcube::Magic{0, {0x7f}};
@@ -44,7 +44,7 @@ void usb_packets(std::string_view bytes) {
       assembler.interrupted();
       continue;
     }
-    // The header's first 16 bytes are the input's; the rest repeats its last one.
+    // The first 16 bytes of the header are from the input; the rest repeats its last byte.
     const std::size_t given = std::min<std::size_t>(16, bytes.size() - at);
     transfer.assign(choice % 16 == 14 ? choice : assembler.message_bytes(), static_cast<std::uint8_t>(choice));
     std::memcpy(transfer.data(), bytes.data() + at, std::min(given, transfer.size()));
@@ -60,7 +60,7 @@ void usb_packets(std::string_view bytes) {
   }
 }
 
-/// A descriptor as a library would give it: numbers and the choice of texts are the input's.
+/// A descriptor as returned by a library: numbers and the choice of texts are from the input.
 void plugin_descriptor(std::string_view bytes) {
   static const std::string texts[] = {"", "depth", "a\nb", std::string(5000, 'x'), "\xff\xfe", "filter", "effect", "m"};
   const auto number = [&]() -> std::uint32_t {
@@ -74,7 +74,7 @@ void plugin_descriptor(std::string_view bytes) {
     const std::uint32_t choice = number() % (std::size(texts) + 1);
     return choice == std::size(texts) ? nullptr : texts[choice].c_str();
   };
-  // Sizes are right, or too small for anything: another step between two ports would make pointers of their texts.
+  // Sizes are correct, or too small for anything: another stride between two ports would interpret texts as pointers.
   const auto size = [&](std::size_t own) {
     const std::uint32_t choice = number();
     return static_cast<std::uint32_t>(choice % 8 == 7 ? choice % 32 / 8 : own);
@@ -139,7 +139,7 @@ void plugin_descriptor(std::string_view bytes) {
   }
 }
 
-/// A connection that sends the bytes as they are, or, after a first byte of 1 or 2, as messages of a WebSocket, one a
+/// A connection that sends the bytes unchanged, or, after a first byte of 1 or 2, as messages of a WebSocket, one per
 /// line.
 void live_view(std::string_view bytes) {
   static live::Server server(
@@ -168,7 +168,7 @@ void live_view(std::string_view bytes) {
       bytes.remove_prefix(std::min(end + 1, bytes.size()));
     }
     client.cut();
-  } catch (const std::exception&) {  // the server has closed the connection, as it may
+  } catch (const std::exception&) {  // the server has closed the connection, which is allowed
   }
 }
 

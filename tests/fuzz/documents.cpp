@@ -20,7 +20,7 @@
 namespace tofgraph::fuzz {
 namespace {
 
-/// Reads a document; the text of all mistakes is made as well, as it quotes the input.
+/// Reads a document; also generates the text of all errors, which quotes the input.
 template <class Read> void document(std::string_view bytes, Read&& read) {
   try {
     const config::Value value =
@@ -36,7 +36,7 @@ void pipeline(std::string_view bytes) {
   document(bytes, [](const config::Value& value, config::Diagnostics& diagnostics) {
     const graph::PipelineSpec spec = graph::parse_pipeline(value, diagnostics);
     const graph::ResolvedPipeline resolved(spec, plugins(), diagnostics);
-    // Of every node with a known stage the parameters as well, the PCD writer's options among them.
+    // Also parses the parameters of every node with a known stage, including the PCD writer's options.
     for (const std::size_t node : resolved.order(diagnostics)) {
       std::vector<const config::Entry*> written;
       for (const config::Entry& entry : resolved.spec(node).parameters) written.push_back(&entry);
@@ -85,7 +85,7 @@ void layout(std::string_view bytes) {
   }
 }
 
-/// The first line is the unit, the rest the text. What is shown has to be read back as the same value.
+/// The first line is the unit, the rest the text. The displayed value must be read back as the same value.
 void units(std::string_view bytes) {
   const std::size_t end = bytes.find('\n');
   if (end == std::string_view::npos) return;

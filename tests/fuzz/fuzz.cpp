@@ -41,7 +41,7 @@ std::vector<Target> targets() {
 
 void (*read_input)(std::string_view) = nullptr;
 
-/// Chooses the target that the first argument names, and takes that argument out.
+/// Selects the target named by the first argument, and removes that argument.
 void choose(int& count, char** words) {
   const std::string name = count > 1 ? words[1] : "";
   for (const Target& target : targets()) {

@@ -12,9 +12,9 @@
 namespace tofgraph::fuzz {
 namespace {
 
-constexpr std::uint64_t largest = 1 << 22;  // bytes that are read at once
+constexpr std::uint64_t largest = 1 << 22;  // bytes read at once
 
-/// Opens a file as a user's, and reads the first and last element of every array of a moderate size.
+/// Opens a file as for a user, and reads the first and last element of every array of moderate size.
 void foreign_file(const std::string& name, std::string_view bytes) {
   static const foreign::Formats formats(plugins());
   try {
@@ -44,7 +44,7 @@ void ply(std::string_view bytes) { foreign_file("a.ply", bytes); }
 void bag(std::string_view bytes) { foreign_file("a.bag", bytes); }
 void mcap(std::string_view bytes) { foreign_file("a.mcap", bytes); }
 
-/// Raw bytes under a fixed layout, as frames of a small camera: headers, byte order, masks and codes.
+/// Raw bytes with a fixed layout, as frames of a small camera: headers, byte order, masks and codes.
 void raw_dump(std::string_view bytes) {
   static const io::CameraPtr camera = io::load_profile(
       file_of("profile: 1\nname: small\nwidth: 4\nheight: 3\npixel_pitch: 45 um\nfocal_length: 12.8 mm\n"
@@ -65,7 +65,7 @@ void raw_dump(std::string_view bytes) {
   }
 }
 
-/// A capture: tried in a process of its own, where HDF5 may crash, and opened if it passes there.
+/// A capture: checked in a process of its own, in which HDF5 may crash, and opened if it passes.
 void capture(std::string_view bytes) {
   try {
     const io::CaptureReader reader(file_of(bytes, "a.h5"));

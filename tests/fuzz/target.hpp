@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Fuzz targets: everything that reads what somebody else wrote, fed with any bytes.
+/// @file Fuzz targets: every reader of third-party input, with arbitrary bytes.
 #pragma once
 
 #include "graph/plugin.hpp"
@@ -15,8 +15,8 @@ namespace tofgraph::fuzz {
 /// A reader of untrusted bytes.
 struct Target {
   std::string_view name;
-  std::string_view reads;  ///< in words, for --list
-  /// Reads the bytes. Returns where they are refused with an error of the project; every other exception is a finding.
+  std::string_view reads;  ///< description, for --list
+  /// Reads the bytes. Returns if they are rejected with an error of the project; any other exception is a finding.
   void (*read)(std::string_view bytes);
 };
 

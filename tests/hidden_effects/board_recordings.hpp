@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Recordings of decoded frames, made with the plain camera: what calibrations from boards are tested with.
+/// @file Recordings of decoded frames made with the plain camera, for testing calibrations from boards.
 #pragma once
 
 #include "io/campaign.hpp"
@@ -14,12 +14,12 @@
 
 namespace tofgraph::hidden {
 
-/// Frame as output by a camera that decodes itself.
+/// Output frame of a camera that decodes internally.
 struct DecodedImages {
   std::vector<float> distance, amplitude;
 };
 
-/// Without noise; distances are within the unambiguous range.
+/// Noise-free images; distances are within the unambiguous range.
 inline DecodedImages decoded_images(const Physics& physics, const View& view) {
   const SensorLight light = light_on_sensor(physics, view, 0);
   DecodedImages images;
@@ -32,8 +32,8 @@ inline DecodedImages decoded_images(const Physics& physics, const View& view) {
   return images;
 }
 
-/// The noise of two frames: the second one has that of the first with the opposite sign, so that means of few frames
-/// show what a method does, not what so few frames leave by chance.
+/// Noise of two frames: the second has that of the first with opposite sign, so that means of few frames show the error
+/// of a method rather than the residual noise of few frames.
 class PairedNoise {
  public:
   PairedNoise(std::uint64_t seed, double distance_sd, double amplitude_sd)
@@ -74,7 +74,7 @@ inline tofgraph_view view_of(const std::vector<float>& image, std::uint64_t rows
   return view;
 }
 
-/// Writes distance and amplitude of some frames.
+/// Writes distance and amplitude of several frames.
 inline void record(const std::filesystem::path& file, const std::vector<DecodedImages>& frames, double integration_time,
                    const std::string& serial = "") {
   const Camera camera;

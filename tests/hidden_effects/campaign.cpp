@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Settings that the search is not told: light power and noise of this very camera.
+/// Settings unknown to the search: light power and noise of the individual camera.
 Camera this_camera(const CampaignOptions& options) {
   if (options.like) return options.like->camera;
   Camera camera;
@@ -66,7 +66,7 @@ View view_of(const io::Condition& condition) {
   return view;
 }
 
-/// A slow wander with the run order: three sines of unlike lengths, of root mean square 1.
+/// A slow drift with the run order: three sines of different periods, with root mean square 1.
 double wander(std::mt19937_64 random, double place) {
   std::uniform_real_distribution<double> uniform(0, 1);
   double sum = 0;
@@ -74,8 +74,8 @@ double wander(std::mt19937_64 random, double place) {
   return sum * std::sqrt(2.0 / 3);
 }
 
-/// Puts the conditions in the order in which they are measured. Where each board really stood, and the
-/// drift of the camera meanwhile.
+/// Puts the conditions in order of measurement. Returns the true pose of each board and the drift of the camera at that
+/// time.
 std::vector<View> measured_views(const CampaignOptions& options, std::vector<io::Condition>& conditions) {
   std::mt19937_64 random = generator(options.seed, order_draw);
   if (options.order != Order::designed) std::shuffle(conditions.begin(), conditions.end(), random);
@@ -101,7 +101,7 @@ std::vector<View> measured_views(const CampaignOptions& options, std::vector<io:
   return views;
 }
 
-/// Writer of a campaign.
+/// Writes a campaign.
 class Writer {
  public:
   Writer(const CampaignOptions& options, fs::path folder)
@@ -220,7 +220,7 @@ class Writer {
     return {};
   }
 
-  /// As the camera itself does, from 0 on: of four steps atan2(c3 - c1, c0 - c2). The steps are to be equal ones.
+  /// Decoding as in the camera, from 0 on: for four steps atan2(c3 - c1, c0 - c2). The steps must be equally spaced.
   void decode(Frame& frame) const {
     const std::size_t pixels = frame.distance.size();
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -253,7 +253,7 @@ class Writer {
     tofgraph_metadata metadata{};
     metadata.size = sizeof metadata;
     metadata.number = metadata.device_number = frame;
-    // Two minutes from one condition to the next, the frames at the camera's rate.
+    // Two minutes between conditions, frames at the camera's rate.
     metadata.timestamp_ns = 1'300'000'000'000'000'000 +
                             static_cast<std::int64_t>(views_[index].order) * 120'000'000'000 +
                             static_cast<std::int64_t>(frame) * 12'500'000;
@@ -271,7 +271,7 @@ class Writer {
     if (has_own_steps()) write_camera(folder_ / campaign.camera_name, physics_.camera);
     campaign.conditions = conditions_;
     for (io::Condition& condition : campaign.conditions) {
-      condition.reflectivity = io::unknown;  // the search finds it
+      condition.reflectivity = io::unknown;  // estimated by the search
       if (options_.order == Order::unstated) condition.order.reset();
     }
     write_model(folder_ / "model.yaml", options_);

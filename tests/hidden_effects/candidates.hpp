@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Candidates of a search, for programs of the bench that use framework/diagnosis directly.
+/// @file Candidates of a search, for test bench programs that use framework/diagnosis directly.
 #pragma once
 
 #include "diagnosis/model/candidate.hpp"
@@ -12,7 +12,7 @@
 
 namespace tofgraph::hidden {
 
-/// All effects on the plugin path but one. @param without its name; "" leaves none out
+/// All effects on the plugin path except one. @param without its name; "" excludes none
 inline std::vector<std::unique_ptr<diagnosis::Candidate>> candidates_but(const std::string& without) {
   const graph::PluginRegistry catalogue(graph::plugin_path({}));
   std::vector<std::unique_ptr<diagnosis::Candidate>> candidates;

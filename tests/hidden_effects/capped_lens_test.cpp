@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Hidden/CappedLens.*
 // Rooms: diagnosis simulation plugins
-// Light that leaks inside the camera and light from something fixed in front of it look alike before any board. A
-// capped lens tells them apart: reports propose it, and the search uses it.
+// Light leaking inside the camera and light from a fixed object in front of it cannot be distinguished with boards. A
+// capped lens distinguishes them: reports propose it, and the search uses it.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -20,7 +20,7 @@ struct Case {
 };
 void PrintTo(const Case& one, std::ostream* out) { *out << one.effect << " in " << static_cast<int>(one.output); }
 
-/// Conditions of a campaign by their number in the design, [first, last), as an option takes them.
+/// Conditions of a campaign by their number in the design, [first, last), as a command line option.
 std::string conditions(const std::filesystem::path& campaign, const std::string& first, const std::string& last) {
   std::string ids;
   for (const auto& file : std::filesystem::directory_iterator(campaign / "captures")) {

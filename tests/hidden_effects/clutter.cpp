@@ -14,7 +14,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// Unlike those of the campaign's other draws.
+/// Seeds that differ from the campaign's other draws.
 enum Purpose : std::uint64_t { warp_draw = 1'000'000, session_draw, residue_draw, misplaced_draw };
 
 std::mt19937_64 generator(std::uint64_t seed, std::uint64_t purpose) {
@@ -24,7 +24,7 @@ std::mt19937_64 generator(std::uint64_t seed, std::uint64_t purpose) {
 
 double angle(std::mt19937_64& random) { return std::uniform_real_distribution<double>(0, 2 * M_PI)(random); }
 
-/// Waves of 0.7 to 2 m in all directions: a slope of some mrad for a mm.
+/// Waves of 0.7 to 2 m in all directions: a slope of a few mrad per mm.
 Smooth draw_warp(double size, std::mt19937_64 random) {
   std::vector<Smooth::Wave> waves(8);
   for (Smooth::Wave& wave : waves) {
@@ -34,7 +34,7 @@ Smooth draw_warp(double size, std::mt19937_64 random) {
   return {size, std::move(waves)};
 }
 
-/// A board for each target, in the order of their names.
+/// One board per target, in the order of their names.
 void warp_boards(double size, std::uint64_t seed, const std::vector<io::Condition>& conditions,
                  std::vector<View>& views) {
   std::map<std::string, Smooth> warps;
@@ -49,7 +49,7 @@ void warp_boards(double size, std::uint64_t seed, const std::vector<io::Conditio
   }
 }
 
-/// The same waves in all conditions, each turning with the order measured: correlated over some 40 px and 3 conditions.
+/// The same waves in all conditions, with phases that vary with the order: correlated over some 40 px and 3 conditions.
 void leave_residue(double size, std::mt19937_64 random, std::vector<View>& views) {
   constexpr double pixels = 40, conditions = 3;
   std::normal_distribution<double> normal;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Errors of a campaign apart from the camera: boards that are not flat, sessions, correlated residue, a
-/// misplaced board. A search should name nothing because of it.
+/// @file Campaign errors unrelated to the camera: boards that are not flat, sessions, correlated residual, a misplaced
+/// board. A search must not name an effect because of them.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace tofgraph::hidden {
 
 struct View;
 
-/// A smooth random function of two coordinates: a sum of waves of equal size.
+/// A smooth random function of two coordinates: a sum of waves of equal amplitude.
 class Smooth {
  public:
   struct Wave {
@@ -33,12 +33,12 @@ class Smooth {
   std::vector<Wave> waves_;
 };
 
-/// Sizes; 0: it is not there.
+/// Amplitudes; 0: absent.
 struct Clutter {
-  double warp = 0;           ///< m, root mean square of each board against a plane; it moves with the board
+  double warp = 0;           ///< m, root mean square of each board relative to a plane; it moves with the board
   std::size_t sessions = 0;  ///< parts in which the campaign was recorded; each has its own offset and light
   double residue = 0;        ///< m, root mean square of an error that is smooth over the image and the order measured
-  double misplaced = 0;      ///< m, by how much one condition's board stands farther than its file says
+  double misplaced = 0;      ///< m, by which one condition's board is farther away than its file states
 };
 
 /// Standard deviations between sessions.
@@ -50,17 +50,17 @@ struct DrawnClutter {
     double offset, light;  ///< m, factor
   };
   std::vector<Session> sessions;
-  std::size_t misplaced = 0;  ///< index of the condition; it means nothing where none is misplaced
+  std::size_t misplaced = 0;  ///< index of the condition; meaningless if none is misplaced
 };
 
-/// Session of a condition by its place in the order measured.
+/// Session of a condition by its position in the order measured.
 std::size_t session_of(std::size_t order, std::size_t conditions, std::size_t sessions);
-/// Within a session the camera stays on: what is measured while it warms up comes first. @param conditions in the order
-/// in which they are measured
+/// Within a session the camera stays on: conditions measured during warm-up come first. @param conditions in order of
+/// measurement
 void warm_up_first(std::vector<io::Condition>& conditions, std::size_t sessions);
 
-/// Adds the clutter to views that stand in the order measured.
-/// @param boards_seed of what belongs to the boards: the same boards are warped in the same way
+/// Adds the clutter to views given in the order measured.
+/// @param boards_seed of the boards' properties: the same boards have the same warp
 DrawnClutter add_clutter(const Clutter& clutter, std::uint64_t seed, std::uint64_t boards_seed,
                          const std::vector<io::Condition>& conditions, std::vector<View>& views);
 

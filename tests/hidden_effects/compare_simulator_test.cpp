@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PlainCamera.SeesWhatTheSimulatorSees:PlainCamera.SeesTheSameInOtherSettings
 // Rooms: simulation plugins
-// Two implementations of the same formulas, the plain camera and the simulator, must see the same: pixel by pixel,
-// without noise, for every effect at its typical size.
+// Two implementations of the same formulas, the plain camera and the simulator, must agree: pixel by pixel, without
+// noise, for every effect at its typical amplitude.
 #include "simulation/simulation.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/program.hpp"
@@ -58,10 +58,10 @@ Physics with(const std::string& effect) {
   return physics;
 }
 
-/// A condition, and how a scene says it.
+/// A condition and the corresponding scene keys.
 struct Case {
   View view;
-  std::string keys;  ///< scene's
+  std::string keys;  ///< scene keys
 };
 
 Case board(double distance, double integration_time, const std::string& keys = "") {
@@ -114,7 +114,7 @@ std::string model_text(const Physics& physics) {
   return text;
 }
 
-/// Maps of the camera, as numbers and as the file that models name, and the effects, shared by all comparisons.
+/// Maps of the camera, as numbers and as the file named by models, and the effects; shared by all comparisons.
 struct Shared {
   TemporaryFolder folder;
   PixelMaps maps = draw_maps(Camera(), 3);
@@ -131,7 +131,7 @@ const Shared& shared() {
   return all;
 }
 
-/// Frames that `tofgraph simulate` would write into a capture.
+/// Frames that `tofgraph simulate` would write to a capture.
 Seen simulated(const Physics& physics, const Case& condition) {
   const std::filesystem::path folder = shared().folder.path();
   tests::write_text(folder / "model.yaml", model_text(physics));
@@ -229,7 +229,7 @@ TEST(PlainCamera, SeesTheSameWithTheRarerParameters) {
     expect_alike(compare(with(effect), {board(0.8, 1e-3), board(2.6, 4e-3)}, effect.substr(0, 40)), effect);
 }
 
-/// Everything about a condition that is not the board's distance, with the effects that it switches or turns.
+/// A condition's settings other than the board's distance, with the effects that they switch on or change.
 struct Setting {
   std::string name;
   std::vector<std::string> effects;
@@ -290,9 +290,9 @@ TEST(PlainCamera, SeesTheSameInOtherSettings) {
     }
 }
 
-/// The reference leaves open whether a surface's factor acts on its gloss too: the simulator multiplies both with it,
-/// the plain camera adds the gloss. Of a board that is turned from the camera that is 3 % of the amplitude; the rest,
-/// and all of a surface whose factor is 1, is the same.
+/// The reference does not specify whether a surface's factor also applies to its gloss: the simulator multiplies both
+/// by it, the plain camera adds the gloss. For a board tilted relative to the camera this is 3 % of the amplitude;
+/// everything else, and all of it for a surface factor of 1, is equal.
 TEST(PlainCamera, GlossOfAMattSurfaceDiffersByThreePercentOfTheAmplitude) {
   Case turned = board(1.3, 2e-3);
   turned.view.tilt_y = -0.3;

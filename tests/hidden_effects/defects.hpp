@@ -13,13 +13,13 @@
 
 namespace tofgraph::hidden {
 
-/// A pixel's fault, as long as the camera lives.
+/// Permanent defect of a pixel.
 enum class Defect { none, dead, hot, noisy };
 
 /// Defects, one entry per pixel.
 std::vector<Defect> draw_defects(const Camera& camera, std::uint64_t seed);
 
-/// The counts of a tap, as the pixel hands them out.
+/// Counts of a tap as delivered by a defective pixel.
 double damaged(Defect defect, double tap, std::mt19937_64& random);
 
 inline std::uint16_t counts(double tap) {

@@ -33,14 +33,14 @@ io::Condition board(double distance, Target target, double integration_time) {
   return condition;
 }
 
-/// Nominal amplitude: enough light to measure, and no tap near the full well.
+/// Nominal amplitude: enough light for a measurement, and no tap near the full well.
 bool usable(const io::Condition& condition) {
   const double path = 2 * condition.board_distance;
   const double amplitude = 7.0e6 * condition.reflectivity * condition.integration_time / (path * path);
   return amplitude > 60 && amplitude < 9000;
 }
 
-/// Integration time that keeps a white board's light at a few hundred to a few thousand counts.
+/// Integration time that gives a white board a few hundred to a few thousand counts.
 double time_for(double distance) {
   return distance < 1.2 ? 1e-3 : distance < 2.5 ? 2e-3 : distance < 4.5 ? 4e-3 : 8e-3;
 }
@@ -53,8 +53,8 @@ Conditions usable_at(double distance) {
   return all;
 }
 
-/// A rail with `each` pairs of target and integration time at every distance, other ones at every stop, all pairs at
-/// one distance, and a few conditions measured again.
+/// A rail with `each` pairs of target and integration time at every distance, different pairs at each stop, all pairs
+/// at one distance, and a few repeated conditions.
 Conditions rail(double first, double last, double step, std::size_t each, double full_at, std::size_t again) {
   Conditions all;
   std::size_t stop = 0;
@@ -104,7 +104,7 @@ Conditions reference_experiment() {
   return all;
 }
 
-/// Long enough that no tap with crosstalk comes near zero, where the converter ends.
+/// Long enough that no tap with crosstalk comes close to zero, the lower limit of the converter.
 Conditions capped_experiment() {
   Conditions all;
   for (const double time : {20e-3, 30e-3, 40e-3, 50e-3}) {
@@ -174,7 +174,7 @@ Conditions design_a() {
 
 Conditions design_b() { return rail(0.6, 6.9, 0.24, 2, 2.0, 4); }
 
-/// 13 distances with all pairs of integration time and target that can be measured there.
+/// 13 distances with all measurable pairs of integration time and target.
 Conditions lab_grid(std::size_t time_count, std::size_t target_count) {
   static const std::map<std::size_t, std::vector<double>> times_of = {
       {2, {1e-3, 4e-3}},

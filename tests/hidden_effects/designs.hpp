@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Designs of campaigns: those of the reference, reduced so that a campaign is quick, and the experiments that
-/// separate effects.
+/// @file Designs of campaigns: those of the reference, reduced in size for speed, and the experiments that separate
+/// effects.
 #pragma once
 
 #include "io/condition.hpp"
@@ -17,21 +17,21 @@ struct NamedConditions {
   std::function<std::vector<io::Condition>()> make;
 };
 
-/// small, A, B, C, and lab2x1 to lab8x3: a grid of 13 distances, so many integration times and targets.
+/// small, A, B, C, and lab2x1 to lab8x3: a grid of 13 distances, with the numbers of integration times and targets.
 const std::vector<NamedConditions>& designs();
 /// roll, velocity, reference, capped, rail, single_sources, tilts, warm_up, ambient.
 const std::vector<NamedConditions>& experiments();
 
-/// Gives all conditions unique ids that tell distance and integration time.
+/// Gives all conditions unique ids that state distance and integration time.
 void name_conditions(std::vector<io::Condition>& conditions);
 
-/// More conditions, with the reflectivities of targets that are among them already; all are named anew.
-/// @throws std::invalid_argument for another target
+/// Appends conditions with the reflectivities of existing targets; all ids are renewed.
+/// @throws std::invalid_argument for an unknown target
 void append(std::vector<io::Condition>& conditions, const std::vector<io::Condition>& more);
 
-/// The conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
-/// @param every each so-many-th condition of the design alone
-/// @throws std::invalid_argument for a name that is not there
+/// Conditions of a design with experiments appended; ids are unique, `reflectivity` is the target's true one.
+/// @param every only every n-th condition of the design
+/// @throws std::invalid_argument for an unknown name
 std::vector<io::Condition> conditions_of(const std::string& design, const std::vector<std::string>& added,
                                          std::size_t every = 1);
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: DiagnoseLab.*
 // Rooms: diagnosis cli
-// A laboratory's profile says another contrast than the camera has; a search that must end in time.
+// A laboratory profile with a wrong contrast; a search with a time limit.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -26,7 +26,7 @@ class DiagnoseLab : public testing::Test {
     make_campaign(options);
   }
 
-  /// The profile of campaign and model says this contrast; that of the camera is 0.5.
+  /// Sets the contrast in the profile of campaign and model; that of the camera is 0.5.
   void say_contrast(const std::string& contrast) {
     std::string profile = tests::read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
     replace(profile, "contrast: 0.5", "contrast: " + contrast);
@@ -78,7 +78,7 @@ TEST_F(DiagnoseLab, ATimeLimitEndsTheSearchAndTheGivenModelIsWritten) {
   const auto begin = std::chrono::steady_clock::now();
   const tests::Outcome outcome = search("--time-limit '400 ms'");
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  if (outcome.exit_code == 1) {  // a slow machine does not even read the captures in that time
+  if (outcome.exit_code == 1) {  // a slow machine cannot even read the captures in that time
     EXPECT_NE(outcome.err.find("--time-limit"), std::string::npos) << outcome.err;
     return;
   }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What each pixel of a camera has of its own.
+// Individual properties of a camera's pixels.
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/draws.hpp"
 

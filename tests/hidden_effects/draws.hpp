@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Random numbers of a campaign: each purpose has its own, so that one more draw changes no other.
+/// @file Random numbers of a campaign: one generator per purpose, so that an additional draw changes no other.
 #pragma once
 
 #include <cstdint>

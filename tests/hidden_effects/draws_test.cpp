@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a typical size draws: the main parameters of a seed whatever is drawn beside them, the further ones within what
-// the catalogue says.
+// Draws for a typical amplitude: the main parameters of a seed do not depend on other draws, further parameters are
+// within the ranges of the catalogue.
 #include "tests/hidden_effects/effects.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(Draws, MainParametersAreThoseOfThePlainDraw) {
     }
 }
 
-/// Drawn before there were further parameters.
+/// Drawn before further parameters were added.
 TEST(Draws, AnOldSeedGivesItsOldValues) {
   const Effects wiggling = drawn("wiggling", 1, 5, Drawn::all), distortion = drawn("lens_distortion", 1, 5, Drawn::all);
   EXPECT_EQ(wiggling.value("wiggling", "amplitude"), 5e-3);
@@ -55,7 +55,7 @@ TEST(Draws, FurtherParametersKeepToTheirSizes) {
     EXPECT_LT(std::abs(lens.value("lens_distortion", "k3")), 0.5 * std::abs(lens.value("lens_distortion", "k1")));
   }
   EXPECT_LE(largest, 40e-3);
-  EXPECT_GT(largest, 38e-3);                                                // of 400 even draws
+  EXPECT_GT(largest, 38e-3);                                                // of 400 uniform draws
   EXPECT_NEAR(sum / seeds, 0, 3 * 40e-3 / std::sqrt(3.0 * double{seeds}));  // three standard deviations of the mean
 }
 

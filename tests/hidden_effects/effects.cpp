@@ -38,7 +38,7 @@ const Parameter& parameter_of(const Effect& kind, std::string_view name) {
 
 const std::vector<Effect>& catalogue() {
   using enum Draw;
-  // The effects on the taps stand in the order in which they act.
+  // The effects on the taps are listed in the order in which they act.
   static const std::vector<Effect> effects = {
       {"wiggling",
        {{"amplitude", "m", 0, 5e-3, scaled},
@@ -125,12 +125,12 @@ void Effects::add(const std::string& name, const std::map<std::string, double>& 
 }
 
 void Effects::add_typical(const std::string& name, double size, std::uint64_t seed, Drawn drawn) {
-  std::uint64_t mixed = seed;  // another draw for each effect of a campaign
+  std::uint64_t mixed = seed;  // a separate draw for each effect of a campaign
   for (const char letter : name) mixed = mixed * 1099511628211ULL + static_cast<unsigned char>(letter);
   std::mt19937_64 random(mixed);
   std::map<std::string, double> values;
   for (const Parameter& parameter : kind_of(name).parameters) {
-    // Drawn whether it is used or not: the parameters before and after it stay those of the seed.
+    // Drawn whether used or not: the parameters before and after it remain those of the seed.
     const double uniform = std::uniform_real_distribution<double>(0, 1)(random);
     if (parameter.further && drawn == Drawn::plain) continue;
     const double scaled = parameter.off + size * (parameter.typical - parameter.off);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The effects that can be hidden in a campaign: their parameters, and the sizes they are hidden with.
+/// @file The effects that can be hidden in a campaign: their parameters and typical amplitudes.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,18 @@
 
 namespace tofgraph::hidden {
 
-/// Meaning of a typical size for a parameter.
+/// Interpretation of a typical amplitude for a parameter.
 enum class Draw {
-  unused,       ///< stays at its off value unless it is given
-  constant,     ///< has its typical value whatever the size
-  scaled,       ///< typical value x size
-  either_sign,  ///< typical value x size, sign drawn
-  within,       ///< drawn from +-typical value x size
-  angle,        ///< drawn from 0 .. 2 pi
-  turn,         ///< drawn from -pi .. pi
+  unused,       ///< keeps its off value unless specified
+  constant,     ///< has its typical value for any amplitude
+  scaled,       ///< typical value x amplitude
+  either_sign,  ///< typical value x amplitude, random sign
+  within,       ///< random within +-typical value x amplitude
+  angle,        ///< random in 0 .. 2 pi
+  turn,         ///< random in -pi .. pi
 };
 
-/// Which parameters a typical effect has beside their off values: its main ones, or the further ones too.
+/// Parameters of a typical effect that differ from their off values: only the main ones, or the further ones too.
 enum class Drawn { plain, all };
 
 struct Parameter {
@@ -39,20 +39,20 @@ struct Effect {
 
 const std::vector<Effect>& catalogue();
 
-/// The effects that act in one camera, with their values in SI.
+/// Active effects of a camera, with their values in SI.
 class Effects {
  public:
-  /// Adds one with these values; what is not given has its off value, or its typical one where that is a constant.
-  /// @throws std::invalid_argument for an unknown effect or parameter, and for one that is there already
+  /// Adds an effect with these values; others get their off value, or their typical one if they are constants.
+  /// @throws std::invalid_argument for an unknown effect or parameter, and for an effect already present
   void add(const std::string& name, const std::map<std::string, double>& values);
-  /// Adds one at `size` times its typical size, signs and angles drawn from the seed; the main parameters are the same
-  /// in both kinds of draw.
+  /// Adds an effect at `size` times its typical amplitude, signs and angles drawn from the seed; the main parameters
+  /// are the same in both kinds of draw.
   void add_typical(const std::string& name, double size, std::uint64_t seed, Drawn drawn = Drawn::all);
-  /// Adds what a text says: "wiggling", "wiggling:amplitude=5mm,phase=0.4rad".
+  /// Adds an effect given as text: "wiggling", "wiggling:amplitude=5mm,phase=0.4rad".
   void add_text(std::string_view text, double size, std::uint64_t seed, Drawn drawn = Drawn::all);
 
   bool has(const std::string& name) const { return values_.contains(name); }
-  /// A parameter's value, or its off value where the effect is absent.
+  /// Value of a parameter, or its off value if the effect is absent.
   double value(const std::string& effect, const std::string& parameter) const;
   const std::map<std::string, std::map<std::string, double>>& all() const { return values_; }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_expected: pairs of effects in campaigns without noise: whether the set that the selection comes to is
-// the hidden one, and where it is not, whether the hidden one would have explained more.
+// hidden_effects_expected: pairs of effects in noise-free campaigns: determines if the selected set is the hidden one,
+// and if not, whether the hidden one would have explained more.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/selection.hpp"
@@ -61,7 +61,7 @@ std::vector<Names> all_pairs(std::uint64_t seed) {
   return pairs;
 }
 
-/// Hidden effects with their true values; nothing if one has a map.
+/// Hidden effects with their true values; nullopt if one has a map.
 std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects,
                                           const std::vector<std::unique_ptr<Candidate>>& candidates) {
   std::vector<Term> terms;
@@ -84,7 +84,7 @@ std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects,
 struct Result {
   Outcome outcome = Outcome::failed;
   Names selected;
-  double behind = NAN;  ///< deviance of what is selected less that of the hidden pair
+  double behind = NAN;  ///< deviance of the selected set minus that of the hidden pair
 };
 
 Result select(const Problem& problem, const hidden::Effects& effects,

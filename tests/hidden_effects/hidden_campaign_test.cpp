@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HiddenCampaign.IsTheSame*:HiddenCampaign.DistancesAre*:HiddenCampaign.BoardsStand*
 // Rooms: io
-// Campaigns with something hidden: files that the program accepts, drawn settings of the right size, nothing told.
+// Campaigns with hidden effects: files accepted by the program, drawn settings of the correct size, no disclosed truth.
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
 #include "tests/hidden_effects/campaign.hpp"
@@ -96,7 +96,7 @@ TEST(HiddenCampaign, IsTheSameForOneSeedAndAnyThreads) {
   }
 }
 
-/// The same noise in both: the distance is where the phase of the samples stands on the circle, the amplitude half of
+/// The same noise in both: the distance is given by the phase of the samples on the circle, the amplitude by half of
 /// the longest side of their triangle.
 TEST(HiddenCampaign, DistancesAreThoseOfThePhases) {
   const TemporaryFolder folder;
@@ -120,7 +120,7 @@ TEST(HiddenCampaign, DistancesAreThoseOfThePhases) {
       const double real = phases[p] - phases[2 * pixels + p], imaginary = phases[3 * pixels + p] - phases[pixels + p];
       EXPECT_GE(distance[p], 0);
       EXPECT_LT(distance[p], range * (1 + 1e-6));
-      // A phasor turned back by its own distance is real and positive.
+      // A phasor rotated back by its own distance is real and positive.
       const std::complex<double> back =
           std::complex(real, imaginary) * std::polar(1.0, -2 * M_PI * distance[p] / range);
       EXPECT_NEAR(back.real(), 2.0 * amplitude[p], 1e-4 * amplitude[p]);
@@ -129,7 +129,7 @@ TEST(HiddenCampaign, DistancesAreThoseOfThePhases) {
   }
 }
 
-/// Errors of every bright condition's capture on the axis against the campaign, m.
+/// Errors on the axis in every bright condition's capture, relative to the campaign, m.
 std::vector<double> errors_on_axis(const fs::path& folder) {
   std::vector<double> errors;
   for (const io::Condition& condition : campaign_in(folder).conditions) {
@@ -141,7 +141,7 @@ std::vector<double> errors_on_axis(const fs::path& folder) {
     if (std::hypot(c[3] - c[1], c[0] - c[2]) / 2 < 500) continue;
     const double radians = std::atan2(c[3] - c[1], c[0] - c[2]), z = condition.board_distance;
     const double distance = Camera().metres_per_radian() * (radians < 0 ? radians + 2 * M_PI : radians);
-    errors.push_back(distance - (z + std::hypot(0.05, z)) / 2);  // half the way of a pixel on the axis
+    errors.push_back(distance - (z + std::hypot(0.05, z)) / 2);  // half path of a pixel on the axis
   }
   return errors;
 }
@@ -166,9 +166,9 @@ TEST(HiddenCampaign, BoardsStandWhereTheJitterPutsThem) {
   }
   ASSERT_GE(errors[20].size(), 10U);
   const double known_to =
-      1 / std::sqrt(2.0 * static_cast<double>(errors[20].size()));  // a standard deviation of n draws
+      1 / std::sqrt(2.0 * static_cast<double>(errors[20].size()));  // of a standard deviation of n draws
   EXPECT_NEAR(deviation(errors[20]) / (20 * 0.5e-3), 1, 3 * known_to);
-  // 500 counts and noise of 6 counts a sample: 10 mm a pixel, 1 mm for 100 of them.
+  // 500 counts and noise of 6 counts per sample: 10 mm per pixel, 1 mm for 100 of them.
   EXPECT_LT(deviation(errors[0]), 1e-3);
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HiddenClutter.Sessions*:HiddenClutter.Residue*:HiddenClutter.Warped*:HiddenClutter.Leaves*
 // Rooms: io
-// What is wrong with a campaign beside the camera: a capture differs from the one without it by exactly that.
+// Campaign errors unrelated to the camera: a capture differs from the one without them by exactly that amount.
 #include "config/document.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
@@ -27,7 +27,7 @@ using Phases = std::vector<std::int32_t>;
 constexpr std::size_t pixels = 204UL * 204;
 constexpr std::uint64_t seed = 5;
 
-/// @param frames of each condition; 0: what is written about the captures alone
+/// @param frames per condition; 0: writes no captures
 fs::path made(const fs::path& folder, const Clutter& clutter, NoiseKind noise = NoiseKind::none,
               std::vector<std::string> experiments = {}, std::size_t frames = 1) {
   CampaignOptions options;
@@ -58,7 +58,7 @@ std::complex<double> phasor(const Phases& phases, std::size_t i) {
   return {(phases[i] - phases[2 * pixels + i]) / 2.0, (phases[3 * pixels + i] - phases[pixels + i]) / 2.0};
 }
 
-/// Whole counts of both captures: half a count of either, in both directions.
+/// Rounding of both captures to whole counts: half a count each, in both directions.
 constexpr double rounding = 0.71;
 
 double number(const config::Value& map, const char* key) { return std::stod(map.find(key)->value.text); }
@@ -79,7 +79,7 @@ std::vector<View> views_of(const std::vector<io::Condition>& conditions) {
 
 config::Value truth_of(const fs::path& folder) { return config::load_document(folder / "truth.yaml"); }
 
-/// The campaign without any clutter is the same for all tests.
+/// The campaign without clutter is shared by all tests.
 class HiddenClutter : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -180,14 +180,14 @@ TEST_F(HiddenClutter, ResidueTurnsThePhaseSmoothly) {
         ++count;
       }
   }
-  // One draw of 30 waves over a few hundred independent places: the mean squares are known to some 20 %.
+  // One draw of 30 waves over a few hundred independent points: the mean squares are known to about 20 %.
   EXPECT_NEAR(std::sqrt(squares / count) / 3e-3, 1, 0.2);
   EXPECT_GT(beside / squares, 0.95);                      // exp(-4^2 / (2 40^2)) = 0.995
   EXPECT_NEAR(far / squares, std::exp(-0.5), 0.25);       // over 40 px
   EXPECT_NEAR(next / squares, std::exp(-0.5 / 9), 0.15);  // over one of 3 conditions
 }
 
-/// Phase of a pixel before a perpendicular board: half the light from either array, in 1/D_t^2.
+/// Phase of a pixel for a perpendicular board: half the light from either array, with 1/D_t^2.
 double phase_of_board(double z, int column, int row) {
   const double f = 12.8e-3, x = (column - 101.5) * 40e-6 / f, y = (row - 101.5) * 40e-6 / f;
   const double norm = std::sqrt(x * x + y * y + 1), px = x * (z - f), py = y * (z - f);
@@ -218,7 +218,7 @@ TEST_F(HiddenClutter, WarpedBoardIsSeenWhereItStandsOut) {
           s[k] = taps.a[k][i] - taps.b[k][i];
           EXPECT_EQ(seen[k * pixels + i], std::lround(s[k]));
         }
-        // The place on the board and how far it stands out there hang together: the slope is some mrad.
+        // The point on the board and its displacement depend on each other: the slope is a few mrad.
         double z = views[c].distance, out = 0;
         for (int again = 0; again < 20; ++again) {
           const double reach = z + out - 12.8e-3;
@@ -240,7 +240,7 @@ TEST_F(HiddenClutter, WarpedBoardIsSeenWhereItStandsOut) {
       << "one board, one shape";
 }
 
-/// Drift, outliers and clutter are drawn one beside the other.
+/// Drift, outliers and clutter are drawn independently.
 TEST_F(HiddenClutter, LeavesTheOtherDrawsAlone) {
   const Clutter all{.warp = 1e-3, .sessions = 4, .residue = 0.3e-3, .misplaced = 20e-3};
   const config::Value drift = truth_of(made(folder.path() / "drift", {}, NoiseKind::drift, {}, 0));

@@ -24,16 +24,16 @@ void expect_no_gap(const nlohmann::json& report) {
     EXPECT_NE(step.at("outcome"), "worse than a model that it contains") << step;
 }
 
-/// The constant is no drift, although the order of measurement is known: without effects it was taken for one, and sets
-/// of effects ended worse than sets that they contain.
+/// The constant is no drift, although the order of measurement is known: without effects it was attributed to drift,
+/// and sets of effects ended worse than their own subsets.
 TEST(HiddenLab, AConstantIsNoDrift) {
   const auto report = lab_report({"zero_offset:offset=4mm", "integration_time_offset:slope=4mm"}, "lab2x3", 11101);
   EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "zero_offset"})) << report.at("summary");
   expect_no_gap(report);
 }
 
-/// The camera's noise is not the profile's, which is all that one frame is compared with: what is explained was not
-/// seen to be.
+/// The camera's noise differs from the profile's, the only reference for a single frame: the effects' contribution was
+/// not recognised.
 TEST(HiddenLab, OneFrameShowsItsNoise) {
   const auto report =
       lab_report({"zero_offset:offset=18.09mm", "integration_time_offset:slope=0mm,linear=-8.11m/s"}, "lab2x1", 13001);
@@ -42,7 +42,7 @@ TEST(HiddenLab, OneFrameShowsItsNoise) {
   EXPECT_NEAR(report.at("lack_of_fit").at("chi2_over_freedom").get<double>(), 1, 0.05);
 }
 
-/// All was measured with a warm camera: some folds took a warm-up in the place of both, and each was rejected.
+/// All data are from a warm camera: some folds chose a warm-up in place of both effects, and each was rejected.
 TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
   const auto report = lab_report({"zero_offset:offset=-17.80mm", "integration_time_offset:slope=0mm,linear=-7.24m/s",
                                   "wiggling:amplitude=5mm,phase=0.4rad"},

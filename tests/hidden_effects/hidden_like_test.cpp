@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HiddenLike.CameraAndEffects*:HiddenLike.MistakesAreNamed
 // Rooms: io
-// Another campaign of the same camera: what belongs to the camera and its boards is the same, the rest is drawn anew.
+// Another campaign of the same camera: properties of the camera and its boards are equal, the rest is drawn anew.
 #include "config/document.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/capture.hpp"
@@ -26,7 +26,7 @@ using tests::TemporaryFolder;
 
 const std::string program = TOFGRAPH_BINARY_DIR "/tests/hidden_effects_make ";
 
-/// The lines of a truth from one key to another.
+/// Lines of a truth file from one key to another.
 std::string part(const std::string& text, const std::string& from, const std::string& to) {
   const std::size_t begin = text.find("\n" + from), end = text.find("\n" + to);
   EXPECT_NE(begin, std::string::npos);
@@ -47,7 +47,7 @@ TEST(HiddenLike, CameraAndEffectsStayTheRestIsDrawnAnew) {
   shell("--like first/truth.yaml --seed 8 -o second");
   const std::string first = tests::read_text(folder.path() / "first/truth.yaml"),
                     second = tests::read_text(folder.path() / "second/truth.yaml");
-  EXPECT_EQ(part(first, "camera:", "clutter:"), part(second, "camera:", "clutter:"));  // effects and patterns too
+  EXPECT_EQ(part(first, "camera:", "clutter:"), part(second, "camera:", "clutter:"));  // includes effects and patterns
   EXPECT_EQ(part(first, "rig_seed:", "camera:"), part(second, "rig_seed:", "camera:"));
   EXPECT_NE(part(first, "sessions:", "conditions:"), part(second, "sessions:", "conditions:"));
   EXPECT_THAT(first, HasSubstr("\nseed: 7\nrig_seed: 7\n"));
@@ -75,7 +75,7 @@ TEST(HiddenLike, DistancesLieBetween) {
   EXPECT_EQ(seen.size(), levels.size()) << "what had one distance has one again";
 }
 
-/// Without jitter a capture of the second is what the first one's camera and effect show at the new distance.
+/// Without jitter, a capture of the second campaign shows the first one's camera and effect at the new distance.
 TEST(HiddenLike, ShowsTheSameEffectAtTheNewDistance) {
   const TemporaryFolder folder;
   CampaignOptions options;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HiddenPairs.*
 // Rooms: diagnosis simulation plugins
-// Two effects at once, where something simpler or richer looks like them at first.
+// Two effects at once that initially resemble something simpler or more complex.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/hidden_report.hpp"
@@ -12,23 +12,23 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// The first bends so much that linear sets promise less than it does alone, and a map of the pixels' response would
-/// explain what both do to the light.
+/// The first is so nonlinear that linearised sets promise less than it alone achieves, and a map of the pixel response
+/// would explain the influence of both on the light.
 TEST(HiddenPairs, AReflectanceBesideAPrincipalPointIsNoMap) {
   const nlohmann::json report = report_of({"surface_reflectance", "principal_point"}, 19402).json;
   EXPECT_EQ(names_in(report), (Names{"principal_point", "surface_reflectance"})) << report.at("summary");
 }
 
-/// Without the exponent of the warm-up the wander of the camera grows to all that is allowed, and its signs, turned, do
-/// as much as the exponent.
+/// Without the exponent of the warm-up the camera drift grows to its upper limit, and its sign flips gain as much as
+/// the exponent.
 TEST(HiddenPairs, ARailThatIsOffBesideAWarmUp) {
   const nlohmann::json report = report_of({"warm_up", "rail_offset"}, 217009).json;
   EXPECT_EQ(report.at("verdict"), "tie") << report.at("summary");
   EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "rail_offset", "zero_offset"}));
 }
 
-/// A gloss of a hundred times a white board's light looks like the lens where the superpixels' centres are, and gives
-/// no number in between: the next best is taken, in each fold.
+/// A gloss of a hundred times a white board's light resembles the lens at the superpixels' centres, and gives NaN in
+/// between: the next best candidate is taken, in each fold.
 TEST(HiddenPairs, AnEffectThatGivesNoNumberKeepsNoOtherOut) {
   const nlohmann::json report = report_of({"vignetting", "adc_nonlinearity"}, 16002).json;
   EXPECT_EQ(report.at("verdict"), "named") << report.at("summary");
@@ -37,7 +37,7 @@ TEST(HiddenPairs, AnEffectThatGivesNoNumberKeepsNoOtherOut) {
   for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 2U) << fold;
 }
 
-/// Two offsets are what a camera that is warm has, whichever of them were found first.
+/// A warm camera has two offsets, whichever of them were found first.
 TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
   const nlohmann::json report = report_of({"warm_up", "amplitude_walk"}, 16007).json;
   EXPECT_EQ(report.at("verdict"), "tie") << report.at("summary");
@@ -49,7 +49,7 @@ TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
   }
 }
 
-/// With the map held, which has taken what the lens does to the light, a lens promises next to nothing beside it.
+/// With the map fixed, which has absorbed the lens' influence on the light, the lens has almost no predicted gain.
 TEST(HiddenPairs, AMapMakesRoomForAnEffectBesideIt) {
   const nlohmann::json report = report_of({"pixel_response", "lens_distortion"}, 16001, "", {.design = "small"}).json;
   EXPECT_EQ(names_in(report), (Names{"lens_distortion", "pixel_response"})) << report.at("summary");

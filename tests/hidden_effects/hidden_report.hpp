@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The report of a campaign in which effects are hidden.
+/// @file Report for a campaign with hidden effects.
 #pragma once
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -17,11 +17,11 @@ namespace tofgraph::hidden {
 
 struct HiddenReport {
   nlohmann::json json;
-  std::string model;  ///< the text of model.yaml
+  std::string model;  ///< text of model.yaml
 };
 
-/// Hides effects at their typical sizes, and searches. @param options of `tofgraph diagnose` @param campaign its design
-/// and what else is not as usual
+/// Hides effects at their typical amplitudes, and runs the search. @param options of `tofgraph diagnose` @param
+/// campaign design and other unusual settings
 inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
                               const std::string& options = "", CampaignOptions campaign = {}) {
   const tests::TemporaryFolder folder;

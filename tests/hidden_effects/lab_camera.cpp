@@ -22,18 +22,18 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double degree = M_PI / 180, two_hours = 7200;  // rad, s
-constexpr double placing = 0.3e-3;                       // m, sd of where a board stands, as a laser tells it
+constexpr double placing = 0.3e-3;                       // m, sd of board positions measured with a laser
 
 constexpr std::size_t file_header = 64, frame_header = 16;  // bytes of a dump
 
 constexpr double square = 40e-3;  // m, of the chessboard
 
-/// A recording: what stood there, and how many frames were taken of it.
+/// A recording: its scene and the number of frames.
 struct Shot {
   View view;
   std::string target;
   std::size_t frames = 10;
-  std::optional<View> beside{};  ///< the other half of a corner: whichever plane a pixel meets first
+  std::optional<View> beside{};  ///< the other half of a corner: a pixel sees the nearer plane
   double stated_reflectivity = io::unknown;
 };
 
@@ -139,7 +139,7 @@ std::vector<Shot> rail() {
   return shots;
 }
 
-/// Surfaces at distances, of reflectivities and at integration times that are in no calibration.
+/// Surfaces with distances, reflectivities and integration times that are in no calibration.
 std::vector<Shot> new_surfaces() {
   struct Surface {
     double distance, time, reflectivity, tilt_x, tilt_y;  // deg
@@ -189,7 +189,7 @@ Taps taps_of(const Physics& physics, const Shot& shot) {
   return taps;
 }
 
-/// Describes the dumps: both taps of a pixel beside each other, big-endian, settings as whole numbers.
+/// Describes the dumps: both taps of a pixel adjacent, big-endian, settings as integers.
 void write_layout(const fs::path& file, int side) {
   std::ofstream(file) << fmt::format(
       "layout: 1\nfile_header: {}\nframe_header: {}\narrays:\n"
@@ -203,7 +203,7 @@ void write_layout(const fs::path& file, int side) {
       file_header, frame_header, side, side);
 }
 
-/// The least noise of each recording, for those who judge: rows of `shot` and `all`, in m.
+/// Lowest possible noise of each recording, for the evaluation: columns `shot` and `all`, in m.
 void write_limits(const fs::path& file, const Physics& physics, const std::vector<Shot>& shots,
                   const std::vector<Defect>& defects) {
   std::ofstream out(file);
@@ -213,7 +213,7 @@ void write_limits(const fs::path& file, const Physics& physics, const std::vecto
   }
 }
 
-/// Writes one campaign after the other, each with noise of its own.
+/// Writes one campaign after the other, each with independent noise.
 class Recorder {
  public:
   Recorder(const Physics& physics, NoiseKind noise, const std::vector<Defect>& defects, std::uint64_t seed,
@@ -226,7 +226,7 @@ class Recorder {
         camera_(std::move(camera)),
         foreign_(foreign) {}
 
-  /// @param placed whether boards stand a little beside where the campaign says
+  /// @param placed whether board positions deviate slightly from those in the campaign
   void operator()(const std::string& name, const std::vector<Shot>& shots, bool placed,
                   const std::optional<io::Pattern>& pattern = {}) {
     io::Campaign campaign;
@@ -304,10 +304,10 @@ class Recorder {
     writer.finish();
   }
 
-  /// A raw dump as `write_layout` describes it.
+  /// A raw dump as described by `write_layout`.
   void write_dump(const fs::path& file, const View& view, const std::vector<std::vector<std::uint16_t>>& frames) const {
     std::ofstream out(file, std::ios::binary);
-    const auto put = [&out](auto value) {  // the most significant byte first
+    const auto put = [&out](auto value) {  // most significant byte first
       for (std::size_t byte = sizeof value; byte-- > 0;) out.put(static_cast<char>(value >> (8 * byte)));
     };
     const std::size_t n = physics_.camera.pixels();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A camera with everything wrong at once, and the recordings that a lab makes to calibrate and to judge it:
-/// lens, unequal lamps, waveform, integration time, crosstalk, warm-up, constant, fixed pattern, noise with outliers,
-/// bad pixels, and a contrast that is not the profile's.
+/// @file A camera with all errors at once, and the recordings that a lab makes to calibrate and evaluate it: lens,
+/// unequal lamps, waveform, integration time, crosstalk, warm-up, constant, fixed pattern, noise with outliers, bad
+/// pixels, and a contrast other than the profile's.
 #pragma once
 
 #include "tests/hidden_effects/defects.hpp"
@@ -16,14 +16,14 @@ namespace tofgraph::hidden {
 
 class LabCamera {
  public:
-  /// @param side px, of the square sensor, of 8.16 mm whatever their number @param seed draws signs, phases, maps,
-  /// bad pixels, light power, and all noise
+  /// @param side px, of the square sensor, which is 8.16 mm wide for any number @param seed of signs, phases, maps, bad
+  /// pixels, light power, and all noise
   LabCamera(int side, std::uint64_t seed, NoiseKind noise);
 
-  /// Writes the profile `lab.yaml` as a data sheet states it, and a folder each with campaign.yaml and captures: lens,
-  /// noise, response, warm, pattern, offset (what is calibrated from), and new, cold, corner (what is judged by);
-  /// new_limits.txt: the least noise of each recording of `new`.
-  /// @param camera as the campaigns name it @param foreign raw dumps (NAME.raw in place of NAME.h5) and layout.yaml,
+  /// Writes the profile `lab.yaml` as stated in a data sheet, and folders with campaign.yaml and captures: lens, noise,
+  /// response, warm, pattern, offset (for calibration), and new, cold, corner (for evaluation); new_limits.txt: the
+  /// lowest possible noise of each recording of `new`.
+  /// @param camera name in the campaigns @param foreign writes raw dumps (NAME.raw instead of NAME.h5) and layout.yaml,
   /// from which `tofgraph convert` makes the captures
   void record_all(const std::filesystem::path& folder, const std::string& camera, bool foreign) const;
 

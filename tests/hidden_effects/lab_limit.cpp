@@ -9,7 +9,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// Depths of the board along the rays of the pixels, from the sensor plane, m.
+/// Depths of the board along the pixel rays, from the sensor plane, m.
 Image depths_of(const Physics& physics, const View& view) {
   const Vector lens{0, 0, physics.camera.focal_length};
   const Plane plane = board_of(physics, view, 0);

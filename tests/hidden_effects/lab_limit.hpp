@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The least noise that one frame of the independent camera can have, in closed form.
+/// @file Lowest possible noise of one frame of the independent camera, in closed form.
 #pragma once
 
 #include "tests/hidden_effects/defects.hpp"
@@ -10,10 +10,10 @@
 
 namespace tofgraph::hidden {
 
-/// Standard deviations of the depth of a board, root mean square over the pixels without a defect, m.
+/// Standard deviations of the depth of a board, root mean square over the pixels without defects, m.
 struct NoiseLimit {
-  double shot;  ///< by the shot noise of the expected taps alone
-  double all;   ///< by shot noise and read noise
+  double shot;  ///< from the shot noise of the expected taps alone
+  double all;   ///< from shot noise and read noise
 };
 NoiseLimit noise_limit(const Physics& physics, const View& view, const std::vector<Defect>& defects);
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The camera's profile as its data sheet has it: another focal length, contrast and noise than it really has.
+// The camera's profile according to its data sheet: focal length, contrast and noise differ from the true values.
 #include "tests/hidden_effects/lab_camera.hpp"
 
 #include <fmt/format.h>

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Campaigns of a laboratory's camera with everything that it has at once, searched by tofgraph diagnose.
+"""Campaigns of a laboratory camera with all its errors at once, searched by tofgraph diagnose.
 
     python3 tests/hidden_effects/lab_search.py --build build --seeds 1-20 -o lab
 
-The camera is the independent one of the test bench: two lamps of 0.85 and 1.15, wiggling of 8.35, 2.98 and 1.19 mm,
-an integration-time law, crosstalk, a warm-up of -11 mm, a constant of 28 mm, a fixed pattern of 3.5 mm, heavy noise,
-5 % bad pixels, a lens of k1 = -0.32, which the profile knows, and a contrast 6 % below the profile's. Each written
-model is compared with the given one by the report, on all data and held out, and by another campaign of the same
-camera. A line a campaign is added to FOLDER/lab.csv, and what all lines of it come to is printed.
+The camera is the independent one of the test bench: two lamps of 0.85 and 1.15, wiggling of 8.35, 2.98 and 1.19 mm, an
+integration-time law, crosstalk, a warm-up of -11 mm, a constant of 28 mm, a fixed pattern of 3.5 mm, heavy noise, 5 %
+bad pixels, a lens of k1 = -0.32, which the profile contains, and a contrast 6 % below the profile's. Each written model
+is compared with the given one by the report, on all data and on held-out data, and by another campaign of the same
+camera. One line per campaign is added to FOLDER/lab.csv, and a summary of all its lines is printed.
 """
 
 import argparse
@@ -29,7 +29,7 @@ CHANGES = {
     "distortion: [0, 0, 0, 0, 0]": "distortion: [-0.32, 0.126, 0, 0, 0]",
 }
 DESIGN = ["--design", "small", "--add", "warm_up,single_sources,tilts", "--noise", "heavy", "--frames", "4"]
-# What explains the same: the mean of a map is a constant; a reflection in the camera is a crosstalk.
+# Equivalent effects: the mean of a map is a constant; a reflection in the camera is a crosstalk.
 SAME = {"zero_offset": {"fixed_pattern"}, "crosstalk": {"static_reflection"}}
 
 
@@ -76,13 +76,13 @@ def searched(args, model, campaign, out, *options):
 
 
 def processor_seconds():
-    """Of all programs that were run and have ended."""
+    """Processor time of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
 
 def named(report):
-    """Names of effects, and of what is tied with them."""
+    """Names of effects and of those tied with them."""
     names = set()
     for effect in report["effects"]:
         names |= {effect["name"], *effect.get("tied_with", [])}

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""A camera with everything wrong at once, calibrated from one end to the other with the commands of
-docs/calibrate_a_camera.md in their order, and judged by surfaces at distances and of targets that no calibration saw.
+"""A camera with all errors at once, calibrated end to end with the commands of docs/calibrate_a_camera.md in their
+order, and evaluated with surfaces at distances and of targets that no calibration used.
 
     python3 tests/hidden_effects/lab_trial.py --build build --seeds 1,2,3,4,5 -o trial
 
-Prints a table for each camera: what each calibration brought, in mm, and each requirement with its figure. trial.json
-has the same. Exit code 1 where a requirement is not met."""
+Prints a table for each camera: the result of each calibration, in mm, and each requirement with its figure.
+trial.json contains the same. Exit code 1 if a requirement is not met."""
 import argparse, json, math, os, resource, subprocess, sys, time
 from pathlib import Path
 
@@ -45,7 +45,7 @@ class Trial:
             dump.unlink()
 
     def tofgraph(self, *arguments):
-        """One command as a lab gives it; its time is kept."""
+        """Runs one command as a lab would; records its time."""
         command = " ".join(arguments)
         start, used = time.monotonic(), processor_seconds()
         done = subprocess.run([self.program, *arguments], cwd=self.folder, env=self.environment, text=True,
@@ -58,7 +58,7 @@ class Trial:
             raise SystemExit(f"tofgraph {command}\n{done.stdout}")
 
     def judged(self, pipeline, campaign, name):
-        """What `evaluate` says of a corrected campaign."""
+        """Evaluation of a corrected campaign by `evaluate`."""
         results = f"results/{name}"
         self.tofgraph("run", f"{pipeline}.yaml", "--campaign", f"{campaign}/campaign.yaml", "-o", results)
         self.tofgraph("evaluate", f"{results}/campaign.yaml", "-o", f"{results}/accuracy")
@@ -93,7 +93,7 @@ class Trial:
             sigma += [c["predicted_noise"] / c["noise"] - 1 for c in result["conditions"]]
             last = result["all"]
         cold = json.loads((self.folder / "results/offset_cold/accuracy/evaluation.json").read_text())["all"]
-        # The spread of single frames, not denoised, against the closed form of the independent camera.
+        # Noise of single frames without denoising, compared with the closed form of the independent camera.
         raw = json.loads((self.folder / "results/offset_raw/accuracy/evaluation.json").read_text())["conditions"]
         limits = [[float(word) for word in line.split()]
                   for line in (self.folder / "new_limits.txt").read_text().splitlines()]
@@ -110,7 +110,7 @@ class Trial:
 
 
 def processor_seconds():
-    """Of all programs that were run and have ended."""
+    """Processor time of all child processes that have ended."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -133,7 +133,7 @@ def corner_angle(folder):
 
 
 def slope(points):
-    """a, b of z = a x + b y + c by least squares."""
+    """Slopes a, b of z = a x + b y + c by least squares."""
     n = len(points)
     mean = [sum(p[d] for p in points) / n for d in range(3)]
     s = [[sum((p[d] - mean[d]) * (p[e] - mean[e]) for p in points) for e in range(3)] for d in range(2)]

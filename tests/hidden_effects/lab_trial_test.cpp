@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: calibration simulation plugins cli
-// A camera with everything wrong at once, of physics that are not the simulator's, calibrated from one end to the other
-// with the camera's folder, from raw dumps of another program on, and judged by surfaces that no calibration saw: one
-// camera of tests/hidden_effects/lab_trial.py.
+// A camera with all errors at once, with physics independent of the simulator, calibrated end to end with the camera
+// folder, starting from raw dumps of another program, and evaluated with surfaces that no calibration used: one camera
+// of tests/hidden_effects/lab_trial.py.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -19,7 +19,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// Reads what write_truth() wrote.
+/// Reads the output of write_truth().
 class Truth {
  public:
   explicit Truth(const std::filesystem::path& file) : file_(file), document_(config::load_document(file)) {

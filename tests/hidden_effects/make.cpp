@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_make: one campaign with something hidden in it.
+// hidden_effects_make: generates a campaign with hidden effects.
 #include "config/quantity.hpp"
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/designs.hpp"
@@ -72,7 +72,7 @@ void declare_clutter(CLI::App& app, Asked& asked) {
                  "e.g. 20mm: one board stands farther by this than the campaign file says");
 }
 
-/// All that decides what a campaign is, but for its seed.
+/// Everything that defines a campaign, except its seed.
 void declare_campaign(CLI::App& app, Asked& asked) {
   static const std::map<std::string, NoiseKind> noises = {{"gaussian", NoiseKind::gaussian},
                                                           {"heavy", NoiseKind::heavy},

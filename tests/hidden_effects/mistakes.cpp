@@ -9,7 +9,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// Another one of the values that the conditions have.
+/// Another one of the conditions' values.
 template <class T>
 bool replace(io::Campaign& campaign, std::size_t condition, T io::Condition::*member, std::mt19937_64& random) {
   std::set<T> values;
@@ -21,7 +21,7 @@ bool replace(io::Campaign& campaign, std::size_t condition, T io::Condition::*me
   return true;
 }
 
-/// Swapping what was measured again under the same settings is no mistake.
+/// Swapping two repetitions with the same settings is no error.
 bool same_settings(const io::Condition& a, const io::Condition& b) {
   const auto settings = [](const io::Condition& c) {
     return std::tie(c.board_distance, c.board_tilt_x, c.board_tilt_y, c.target, c.integration_time, c.sources, c.roll);

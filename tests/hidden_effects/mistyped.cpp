@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_mistyped: how often the check before the gap search names a condition that was written wrongly, and
-// how often one that was not; and whether the search, without what was named, finds the hidden effect. Prints what was
-// missed and accused, then a table.
+// hidden_effects_mistyped: how often the check before the gap search names a wrongly written condition, how often it
+// names a correct one, and whether the search without the named conditions finds the hidden effect. Prints missed and
+// falsely named conditions, then a table.
 #include "diagnosis/data/plausibility.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "tests/hidden_effects/effects.hpp"
@@ -21,8 +21,8 @@ namespace {
 using namespace tofgraph;
 
 struct Count {
-  int made = 0, named = 0, accused = 0;  ///< campaigns: all wrong conditions named; some right condition named
-  int searched = 0, found = 0;           ///< visible cases named exactly: right without the named conditions
+  int made = 0, named = 0, accused = 0;  ///< campaigns: all wrong conditions named; some correct one named
+  int searched = 0, found = 0;           ///< visible cases named exactly: correct without the named conditions
 };
 
 struct Asked {
@@ -34,13 +34,13 @@ struct Asked {
   hidden::Bench bench{.scratch = std::filesystem::temp_directory_path() / "hidden_effects_mistyped"};
 };
 
-/// Measurements of a campaign of which only some conditions were written anew.
+/// Measurements of a campaign in which only some conditions have changed.
 diagnosis::Measurements updated(const diagnosis::Measurements& before, const io::Campaign& campaign,
                                 const std::vector<std::size_t>& wrong) {
   io::Campaign part = campaign;
   part.conditions.clear();
   for (const std::size_t i : wrong) part.conditions.push_back(campaign.conditions[i]);
-  for (std::size_t i = 0; i < diagnosis::settings.min_conditions; ++i)  // so that they are enough
+  for (std::size_t i = 0; i < diagnosis::settings.min_conditions; ++i)  // to reach the minimum number
     if (std::ranges::find(wrong, i) == wrong.end()) part.conditions.push_back(campaign.conditions[i]);
   for (std::size_t i = 0; part.conditions.size() < diagnosis::settings.min_conditions; ++i)
     part.conditions.push_back(campaign.conditions[diagnosis::settings.min_conditions + i]);
@@ -56,7 +56,7 @@ diagnosis::Measurements updated(const diagnosis::Measurements& before, const io:
   return after;
 }
 
-/// @returns whether it named all that is wrong, and nothing else
+/// @returns whether it named all wrong conditions and no others
 bool count(const std::string& name, const io::Campaign& campaign, const diagnosis::Measurements& measurements,
            const std::vector<std::size_t>& wrong, std::map<std::string, Count>& counts) {
   std::size_t named = 0;
@@ -78,7 +78,7 @@ bool count(const std::string& name, const io::Campaign& campaign, const diagnosi
   return false;
 }
 
-/// The search as who was told of a mistake repeats it: those conditions are skipped.
+/// Repeats the search as a user who was told of an error would: those conditions are skipped.
 void search_beside(const Asked& asked, const hidden::CampaignOptions& made, const std::string& effect,
                    const io::Campaign& campaign, const std::vector<std::size_t>& wrong, Count& here) {
   std::string skipped = fmt::format(" --seed {}", made.seed);
@@ -118,7 +118,7 @@ void run(const Asked& asked, const std::string& effect, std::uint64_t seed, std:
         const std::string name =
             fmt::format("{}{}", hidden::mistake_names.at(m), recorded ? "" : ", no recorded times");
         const bool exactly = count(name, wrong, after, at, counts);
-        // A search takes long: of one mistake a campaign, each in turn.
+        // A search takes long: one error per campaign, each kind in turn.
         const bool turn = draw == 0 && recorded && seed % hidden::mistake_names.size() == m;
         if (asked.search && exactly && turn) search_beside(asked, options, effect, right, at, counts[name]);
       }

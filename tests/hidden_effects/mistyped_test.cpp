@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Mistyped.EveryMistakeIsNamed
 // Rooms: diagnosis simulation
-// What the check before the gap search names, on campaigns of the plain camera with something hidden in them.
+// Conditions named by the check before the gap search, on campaigns of the plain camera with hidden effects.
 #include "diagnosis/data/plausibility.hpp"
 #include "tests/hidden_effects/mistakes.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 using diagnosis::Contradiction;
 
-/// Campaign shared by all tests: crosstalk, which bends the distances of dark boards most, and clutter.
+/// Campaign shared by all tests: crosstalk, which distorts the distances of dark boards most, and clutter.
 class Mistyped : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -40,7 +40,7 @@ class Mistyped : public testing::Test {
     EXPECT_TRUE(diagnostics.ok()) << diagnostics.text();
     return campaign;
   }
-  /// @param recorded whether the captures say their integration times
+  /// @param recorded whether the captures state their integration times
   static std::vector<Contradiction> found(const io::Campaign& campaign, bool recorded = true) {
     diagnosis::Measurements measurements = diagnosis::measure(campaign, {});
     if (!recorded) std::ranges::fill(measurements.recorded_times, io::unknown);

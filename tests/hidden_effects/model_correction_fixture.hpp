@@ -27,7 +27,7 @@ struct Decoded {
   Floats distance, amplitude;
 };
 
-/// For who wants to see more than that it is little enough.
+/// Prints the remaining error if TOFGRAPH_SHOW_LEFT is set, beyond the check that it is small enough.
 inline void show(const char* what, double distance, double effect, double left) {
   if (std::getenv("TOFGRAPH_SHOW_LEFT") == nullptr) return;
   fmt::print("{:24} {:4.1f} m: effect {:9.3f} mm, left {:8.4f} mm\n", what, distance, effect * 1e3, left * 1e3);
@@ -44,7 +44,7 @@ inline Decoded decoded(const PhasorImage& light) {
   return result;
 }
 
-/// A share of the light spreads: partly as a Gaussian, partly evenly; dark outside the image.
+/// Spreads a fraction of the light: partly as a Gaussian, partly uniformly; dark outside the image.
 inline PhasorImage scattered(const PhasorImage& light, double fraction, double width, double uniform) {
   const int size = Camera().width;
   std::vector<double> weight(static_cast<std::size_t>(2 * size));
@@ -69,13 +69,13 @@ inline PhasorImage scattered(const PhasorImage& light, double fraction, double w
   return both;
 }
 
-/// Standard deviation of a distance: a sample's is that of two taps whose mean is amplitude / (2 contrast).
+/// Standard deviation of a distance: that of a sample is from two taps with mean amplitude / (2 contrast).
 inline float noise_of(const Camera& camera, double amplitude) {
   const double tap = camera.read_noise * camera.read_noise + camera.shot_noise * amplitude / (2 * camera.contrast);
   return static_cast<float>(camera.metres_per_radian() * std::sqrt(2 * tap) / (std::sqrt(2.0) * amplitude));
 }
 
-/// The four samples' phase and amplitude, written here once more. @param taps their means @param random null: no noise
+/// Independent phase and amplitude of the four samples. @param taps their means @param random null: no noise
 inline Decoded photograph(const Physics& physics, const Taps& taps, std::mt19937_64* random = nullptr) {
   Readout readout(physics, random != nullptr ? NoiseKind::gaussian : NoiseKind::none);
   std::mt19937_64 unused;
@@ -92,12 +92,12 @@ inline Decoded photograph(const Physics& physics, const Taps& taps, std::mt19937
   return result;
 }
 
-/// Without noise.
+/// Noise-free version.
 inline Decoded photograph(const Physics& physics, const View& view) {
   return photograph(physics, expected_taps(physics, view));
 }
 
-/// An image as NumPy writes it.
+/// Writes an image in NumPy's format.
 inline std::string write_npy(const std::filesystem::path& file, const Image& image, const Camera& camera) {
   std::string header =
       fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}", camera.height, camera.width);
@@ -147,7 +147,7 @@ class ModelCorrection : public testing::Test {
   std::filesystem::path folder_;
 };
 
-/// The stage with a frame of the plain camera.
+/// Output of the stage for a frame of the plain camera.
 inline Floats corrected(Harness& stage, const Decoded& seen, const View& view) {
   stage.put<float>("distance", {204, 204}, seen.distance);
   stage.put<float>("amplitude", {204, 204}, seen.amplitude);
@@ -160,7 +160,7 @@ inline Floats corrected(Harness& stage, const Decoded& seen, const View& view) {
 
 inline constexpr double range = speed_of_light / (2 * 20e6);  // m
 
-/// Over the pixels without these flags.
+/// Mean difference over the pixels without these flags.
 inline double mean_difference(const Floats& a, const Floats& b, const std::vector<std::uint16_t>& flags) {
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -172,7 +172,7 @@ inline double mean_difference(const Floats& a, const Floats& b, const std::vecto
   return sum / count;
 }
 
-/// Maps with structure of pixels, rows and columns.
+/// Maps with pixel, row and column structure.
 inline PixelMaps maps() {
   std::mt19937_64 random(4);
   std::normal_distribution<double> normal;
@@ -188,7 +188,7 @@ inline PixelMaps maps() {
   return all;
 }
 
-/// Boards that a lab would look at, at several integration times.
+/// Typical laboratory boards at several integration times.
 inline std::vector<View> boards() {
   std::vector<View> views;
   const double distances[] = {0.6, 1.3, 2.2, 3.7, 5.1, 6.6};
@@ -204,8 +204,8 @@ inline std::vector<View> boards() {
   return views;
 }
 
-/// Depth of a pixel's point by bisection, from rays and sources as the corrected camera has them; the equation is that
-/// of the mean path.
+/// Depth of a pixel's point by bisection, with the rays and sources of the corrected camera; the equation is that of
+/// the mean path.
 inline double depth_of(const tofgraph_camera& camera, std::size_t i, double distance) {
   const double x = camera.rays[3 * i], y = camera.rays[3 * i + 1], z = camera.rays[3 * i + 2];
   const double f = camera.focal_length, sensor = f / z;
@@ -223,7 +223,7 @@ inline double depth_of(const tofgraph_camera& camera, std::size_t i, double dist
   return f + z * low;
 }
 
-/// From the lens to a tilted board along a pixel's ray, m.
+/// Distance from the lens to a tilted board along a pixel's ray, m.
 inline double return_path(std::size_t i, const View& view) {
   const Camera camera;
   const double x = (static_cast<double>(i % 204) - camera.center_x) * camera.pitch / camera.focal_length;
@@ -246,7 +246,7 @@ class Statistics {
     }
     count_ += 1;
   }
-  /// Root of the pixels' mean variance.
+  /// Square root of the pixels' mean variance.
   double sd() const {
     double variance = 0;
     for (std::size_t i = 0; i < sum_.size(); ++i) variance += (square_[i] - sum_[i] * sum_[i] / count_) / (count_ - 1);

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Boards.UndoesAllOfThemTogether:ModelCorrection.UndoesAnEffect*
 // Rooms: simulation plugins
-// What the plain camera's effects do to its distances, undone by model_correction: each, all together, unknown ones.
+// Distance errors from the plain camera's effects, removed by model_correction: single, combined, and unknown ones.
 #include "tests/hidden_effects/model_correction_fixture.hpp"
 
 namespace tofgraph::hidden {
 namespace {
 
-/// At most 2 % of the error and 5 um, over the pixels that are not flagged.
+/// Expects at most 2 % of the error and 5 um over the pixels that are not flagged.
 void expect_little_is_left(const char* what, Harness& stage, const Decoded& seen, const Decoded& ideal,
                            const View& view) {
   const Floats result = corrected(stage, seen, view);
@@ -19,7 +19,7 @@ void expect_little_is_left(const char* what, Harness& stage, const Decoded& seen
   show(what, view.distance, effect, left);
 }
 
-/// Images of the boards by the camera without any effect, shared by all tests.
+/// Images of the boards by the camera without effects, shared by all tests.
 class Boards : public ModelCorrection {
  protected:
   static void SetUpTestSuite() {
@@ -32,7 +32,7 @@ class Boards : public ModelCorrection {
 
 class OfEachEffect : public Boards, public testing::WithParamInterface<const char*> {};
 
-/// Twice the typical size: what is left of the error is at most 2 % of it and 5 um, also where it is small.
+/// Twice the typical amplitude: the remaining error is at most 2 % of it and 5 um, also if the error is small.
 TEST_P(OfEachEffect, LeavesTwoPerCent) {
   Physics with;
   with.maps = maps();
@@ -50,8 +50,8 @@ TEST_P(OfEachEffect, LeavesTwoPerCent) {
 INSTANTIATE_TEST_SUITE_P(Camera, OfEachEffect, testing::ValuesIn(single),
                          [](const auto& effect) { return std::string(effect.param); });
 
-/// All but modulation_frequency, which turns in the plain camera the light of the sources alone and in the model all of
-/// it: beside light from inside that is not quite the same.
+/// All but modulation_frequency, which changes only the phase of the sources' light in the plain camera and that of all
+/// light in the model: with light from inside the camera the two differ slightly.
 TEST_F(Boards, UndoesAllOfThemTogether) {
   Physics with;
   with.maps = maps();
@@ -64,7 +64,7 @@ TEST_F(Boards, UndoesAllOfThemTogether) {
     expect_little_is_left("all", stage, photograph(with, views[i]), ideal[i], views[i]);
 }
 
-/// Light of the haze at a pixel in counts per second, in steps of 1 mm from 0.5 m on, summed up once.
+/// Light of the haze at a pixel in counts per second, in steps of 1 mm from 0.5 m on, summed once.
 class Glow {
  public:
   /// @param path to the board, m
@@ -83,7 +83,7 @@ class Glow {
   std::vector<std::complex<double>> sums_{0};
 };
 
-/// An effect of somebody else's, with the light written here: decoded phasors of a board behind haze.
+/// A third-party effect, with its light implemented here: decoded phasors of a board behind haze.
 TEST_F(ModelCorrection, UndoesAnEffectThatItDoesNotKnow) {
   const std::filesystem::path file = folder_ / "haze.yaml";
   std::ofstream(file) << "model: 1\ncamera: camcube2\neffects:\n"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: ModelCorrection.ANewRecording*:ModelCorrection.KeepsTheNoise:ModelCorrection.TakesStrayLight*
 // Rooms: diagnosis simulation plugins
-// model_correction in use: with what a search found, with noise, lenses, stray light; what it refuses.
+// model_correction in use: with the result of a search, with noise, lenses, stray light; rejected input.
 #include "tests/hidden_effects/campaign.hpp"
 #include "tests/hidden_effects/model_correction_fixture.hpp"
 #include "tests/program.hpp"
@@ -12,8 +12,8 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// A campaign with noise and jitter, searched as a user does; then new boards of the same camera, at distances and with
-/// targets that the campaign did not have, through the model that was found.
+/// A campaign with noise and jitter, searched as by a user; then new boards of the same camera, at distances and with
+/// targets that the campaign did not contain, corrected with the model found.
 TEST_F(ModelCorrection, ANewRecordingIsCorrectedWithWhatTheSearchFound) {
   CampaignOptions campaign;
   campaign.every = 2;
@@ -47,7 +47,7 @@ TEST_F(ModelCorrection, ANewRecordingIsCorrectedWithWhatTheSearchFound) {
   }
 }
 
-/// With noise: what a pixel's distances scatter is what they scatter without the effect, and sigma says so.
+/// With noise: the scatter of a pixel's distances equals that without the effect, and sigma agrees with it.
 TEST_F(ModelCorrection, KeepsTheNoise) {
   for (const char* effect : {"wiggling", "phase_step_error", "zero_offset", "amplitude_walk", "crosstalk",
                              "integration_time_offset", "fixed_pattern", "modulation_frequency"}) {
@@ -77,7 +77,7 @@ TEST_F(ModelCorrection, KeepsTheNoise) {
   }
 }
 
-/// Lens, principal point and sources leave as a camera with which boards are where they are.
+/// Lens, principal point and sources are passed on as a camera with which the boards have their true positions.
 TEST_F(ModelCorrection, GeometryLeavesAsACamera) {
   for (const char* effect : {"lens_distortion", "principal_point", "source_position"}) {
     Physics with;
@@ -98,7 +98,7 @@ TEST_F(ModelCorrection, GeometryLeavesAsACamera) {
   }
 }
 
-/// A bright box near the camera before a dark wall; the scattered light is added here, by its formula.
+/// A bright box near the camera in front of a dark wall; the scattered light is added here, from its formula.
 TEST_F(ModelCorrection, TakesStrayLightOffTheImage) {
   const Physics plain;
   Physics with;
@@ -124,7 +124,7 @@ TEST_F(ModelCorrection, TakesStrayLightOffTheImage) {
   EXPECT_GT(effect, 0.05);
   EXPECT_LE(left, 1e-4);
   show("stray_light", 2.5, effect, left);
-  // With noise it scatters as much as without stray light, to 10 %.
+  // With noise the scatter equals that without stray light, to 10 %.
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal(0, 3);  // counts
   const PhasorImage dirty = scattered(clean, 0.06, 35, 0.5);
@@ -169,7 +169,7 @@ TEST_F(ModelCorrection, RefusesAModelWhoseDistanceFalls) {
   }
 }
 
-/// Frames say what the model needs to know, or are refused.
+/// Frames must contain the quantities that the model depends on, else they are rejected.
 TEST_F(ModelCorrection, NeedsWhatItsEffectsDependOn) {
   const auto refusal = [&](const char* effect, const std::function<void(Harness&)>& spoil) -> std::string {
     Physics with;
@@ -191,7 +191,7 @@ TEST_F(ModelCorrection, NeedsWhatItsEffectsDependOn) {
   EXPECT_THAT(refusal("integration_time_offset", [](Harness& stage) { stage.known(0); }),
               testing::HasSubstr("depend on the integration time, which these frames do not tell"));
   const auto no_power_on = [](Harness& stage) {
-    stage.metadata().integration_time = 1e-3;  // on which its heating depends, too
+    stage.metadata().integration_time = 1e-3;  // also affects its heating
     stage.metadata().time_since_power_on = std::nan("");
   };
   EXPECT_THAT(refusal("warm_up", no_power_on), testing::HasSubstr("the frame does not tell its time since power-on"));

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OffsetCalibration.Published*:OffsetCalibration.Boxes*:OffsetCalibration.OffsetsOf*
 // Rooms: calibration plugins
-// Offsets that the plain camera has, calibrated from its recordings and taken out of others. Nothing here knows the
-// formulas of the calibration.
+// Offsets of the plain camera, calibrated from its recordings and removed from others. This test uses none of the
+// calibration's formulas.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -80,10 +80,10 @@ Statistics statistics(const std::vector<double>& values) {
   return s;
 }
 
-/// The corners of a board at 7 m wrap, here and in the calibration.
+/// The corners of a board at 7 m wrap, both here and in the calibration.
 bool unambiguous(const std::vector<float>& clean, std::size_t i) { return clean[i] > 0.49F && clean[i] < 7.3F; }
 
-/// Differences from an image without noise.
+/// Statistics of the differences from a noise-free image.
 Statistics noise_of(const std::vector<float>& image, const std::vector<float>& clean, const std::vector<float>& seen) {
   std::vector<double> differences;
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -100,7 +100,7 @@ double mean_depth(const Corrected& result, const std::vector<float>& seen) {
   return statistics(depths).mean;
 }
 
-// The 84 published offsets and spreads of pixels. Half of the frames calibrate, the other half is corrected.
+// The 84 published offsets and pixel deviations. Half of the frames calibrate, the other half is corrected.
 TEST(OffsetCalibration, PublishedOffsetsAreTakenOutOfTheOtherHalfOfTheFrames) {
   const TemporaryFolder folder;
   const Physics physics;
@@ -110,7 +110,7 @@ TEST(OffsetCalibration, PublishedOffsetsAreTakenOutOfTheOtherHalfOfTheFrames) {
   std::vector<View> views;
   for (std::size_t i = 0; i < boards.size(); ++i) {
     View& view = views.emplace_back();
-    view.distance = boards[i].measured;  // where the camera sees it
+    view.distance = boards[i].measured;  // as measured by the camera
     view.reflectivity = boards[i].reflectivity;
     view.integration_time = boards[i].time;
     const DecodedImages clean = decoded_images(physics, view);
@@ -145,7 +145,7 @@ TEST(OffsetCalibration, PublishedOffsetsAreTakenOutOfTheOtherHalfOfTheFrames) {
   RecordProperty("worst_sd_percent", std::to_string(worst_sd * 100));
 }
 
-/// A campaign of three boards, each recorded with a serial of its own.
+/// A campaign of three boards, each recorded with a different serial number.
 void record_boards(const fs::path& folder, const std::array<std::string, 3>& serials) {
   std::vector<io::Condition> conditions;
   for (std::size_t i = 0; i < serials.size(); ++i) {
@@ -199,8 +199,8 @@ Seen plainly(const Physics& physics) {
   };
 }
 
-/// Calibrates a camera with boards of six grey levels, ten distances and four integration times; then it looks at three
-/// boxes, thirds of the image, at places and of reflectivities that were not calibrated.
+/// Calibrates a camera with boards of six grey levels, ten distances and four integration times; then it measures three
+/// boxes, each a third of the image, at distances and reflectivities that were not calibrated.
 /// @returns the largest errors of a pixel's distance before and after, m
 std::array<double, 2> errors_of_boxes(const Seen& seen) {
   const TemporaryFolder folder;
@@ -258,8 +258,8 @@ TEST(OffsetCalibration, BoxesOfThreeReflectivitiesAreRightToAMillimetrePixelByPi
   EXPECT_LT(after, 1e-3);
 }
 
-// An offset of the phase is the same distance at every pixel; the reference's offset grows with the path. What that
-// leaves towards the corners is a twentieth of the offset; the stage model_correction is for such effects.
+// A phase offset is the same distance at every pixel; the reference's offset grows with the path. The remaining error
+// towards the corners is one twentieth of the offset; for such effects use the stage model_correction.
 TEST(OffsetCalibration, OffsetsOfThePhaseAreTakenOutToAnEighth) {
   Physics physics;
   physics.effects.add_text("integration_time_offset:slope=8mm", 1, 1);

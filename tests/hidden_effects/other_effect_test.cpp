@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OtherEffect.IsNamedWhere*
 // Rooms: diagnosis simulation plugins
-// The search knows effects by their declaration alone: one that tofgraph does not have is unknown without its plugin
-// and named with it, with its value, and whatever else is hidden is named beside it.
+// The search knows effects only by their declaration: an effect that tofgraph does not contain is unknown without its
+// plugin and named with it, with its value, and other hidden effects are named beside it.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/campaign.hpp"

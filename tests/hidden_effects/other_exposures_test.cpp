@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: */InAnotherOrder:*/Five:*/Eight
 // Rooms: diagnosis simulation plugins
-// Cameras whose frames are not the four steps of 90 degrees: what is hidden is named with its value.
+// Cameras whose frames are not the four steps of 90 degrees: hidden effects are named with their values.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/campaign.hpp"
@@ -47,7 +47,7 @@ TEST_P(OtherExposures, AreSearched) {
   EXPECT_EQ(report.at("verdict"), "named") << report.at("summary");
   const auto& amplitude = report.at("effects")[0].at("parameters").at("amplitude");
   EXPECT_NEAR(amplitude.at("value"), 6e-3, 0.3e-3);
-  // Read and shot noise of this very camera are within 30 % of the profile's.
+  // Read and shot noise of the individual camera are within 30 % of the profile's.
   EXPECT_GT(report.at("noise").at("over_profile"), 2 * 0.75);
   EXPECT_LT(report.at("noise").at("over_profile"), 2 * 1.25);
 }

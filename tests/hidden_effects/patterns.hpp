@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Errors that are in no catalogue: what a search must call unknown.
+/// @file Errors that are in no catalogue and that a search must report as unknown.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct View;
 
 struct Pattern {
   std::string name;
-  double size = 0;  ///< m; of reflectivity_ripple a share of the amplitude
+  double size = 0;  ///< m; for reflectivity_ripple a fraction of the amplitude
 };
 
 struct PatternKind {
@@ -24,10 +24,10 @@ struct PatternKind {
 };
 const std::vector<PatternKind>& pattern_catalogue();
 
-/// "angular_ripple:3mm", or a name alone at its typical size. @throws std::invalid_argument
+/// "angular_ripple:3mm", or a name alone for its typical amplitude. @throws std::invalid_argument
 Pattern parse_pattern(std::string_view text, double size);
 
-/// Addition to the distance of a pixel, m.
+/// Contribution to the distance of a pixel, m.
 double distance_error(const Pattern& pattern, const View& view, int column, int row);
 /// Factor on the light of a pixel.
 double light_factor(const Pattern& pattern, const View& view, int column, int row);

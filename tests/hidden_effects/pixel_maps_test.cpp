@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PixelMaps.*
 // Rooms: diagnosis simulation plugins
-// A pattern of the pixels that the search finds is known in every pixel as well as the noise of the frames allows.
+// The accuracy of a pixel pattern found by the search is limited only by the noise of the frames, in every pixel.
 #include <gtest/gtest.h>
 
 #include "io/campaign.hpp"
@@ -24,8 +24,8 @@ namespace {
 
 constexpr double metres_per_radian = 299792458.0 / (4 * M_PI * 20e6);
 
-/// Attainable uncertainty of each pixel's offset, root mean square over the pixels, m: a phase whose samples have the
-/// variance s^2 and the mean amplitude a is known to s / (sqrt(2 n) a) from n frames; conditions add up.
+/// Attainable uncertainty of each pixel's offset, root mean square over the pixels, m: a phase from n frames whose
+/// samples have variance s^2 and mean amplitude a has the sd s / (sqrt(2 n) a); the information of conditions adds up.
 double allowed_by_noise(const io::Campaign& campaign, std::size_t pixels) {
   std::vector<double> information(pixels, 0);
   for (const io::Condition& condition : campaign.conditions) {
@@ -93,7 +93,7 @@ class PixelMaps : public testing::Test {
     EXPECT_EQ(report.at("verdict"), "named");
   }
 
-  /// Root mean square of what is left of a map once the one that was found is taken off, SI.
+  /// Root mean square of the difference between a true map and the one found, SI.
   double left_of(const std::vector<double>& truth, const std::string& dataset) {
     const io::ImageData found = io::read_pixel_map((folder_.path() / "found/maps.h5").string(), dataset);
     std::vector<double> left(truth.size(), NAN);
@@ -134,7 +134,7 @@ TEST_F(PixelMaps, OfTwoEffectsAreToldApart) {
   EXPECT_LT(left_of(truth.response, "pixel_response_map"), 0.1 * root_mean_square(truth.response));
 }
 
-/// As a real array has it: 83 mm in all, of pixels, rows and columns, at 320 x 240.
+/// Pattern of a real array: 83 mm in total, from pixels, rows and columns, at 320 x 240.
 TEST_F(PixelMaps, OfALargePatternOfAnotherCameraToo) {
   constexpr std::size_t width = 320, height = 240;
   std::mt19937 random(83);

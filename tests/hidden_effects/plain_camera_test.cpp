@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PlainCamera.PhaseSteps*:PlainCamera.TurnsOf*
 // Rooms: diagnosis simulation
-// The plain camera against published numbers and closed forms (equations.md, effects.md section 2).
+// The plain camera, compared with published numbers and closed forms (equations.md, effects.md section 2).
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include "tests/hidden_effects/plain_geometry.hpp"
@@ -16,7 +16,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// A pixel's decoded samples.
+/// Decoded samples of a pixel.
 struct Decoded {
   double phase, amplitude, intensity, null1, null2;
 };
@@ -46,7 +46,7 @@ Physics with(const std::string& effect, Light light = Light::reference) {
   return physics;
 }
 
-/// Calls check(ideal, changed) for pixels all over the image, for boards over a whole cycle of 1.87 m.
+/// Calls check(ideal, changed) for pixels across the image, for boards over a full cycle of 1.87 m.
 template <class Check> void for_some_pixels(const std::string& effect, const Check& check) {
   for (const double z : {0.7, 1.1, 1.9, 2.6}) {
     const Taps ideal = expected_taps(with(""), board(z)), changed = expected_taps(with(effect), board(z));
@@ -181,7 +181,7 @@ TEST(PlainCamera, TurnsOfThePhase) {
     EXPECT_NEAR(turned(seen.phase, ideal.phase), 8e-3 * std::log(relative) + 3e-3 / relative, 1e-12);
   });
   for_some_pixels("warm_up:drift=10mm,droop=3%", [&](const Decoded& ideal, const Decoded& seen) {
-    EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 10e-3, 1e-12);  // an unknown time: warm
+    EXPECT_NEAR(k * turned(seen.phase, ideal.phase), 10e-3, 1e-12);  // an unknown time: warmed up
     EXPECT_NEAR(seen.intensity, 0.97 * ideal.intensity, 1e-9 * ideal.intensity);
   });
 }
@@ -189,7 +189,7 @@ TEST(PlainCamera, TurnsOfThePhase) {
 TEST(PlainCamera, WarmsUpInTwoTimes) {
   View early = board(1.1);
   early.time_since_power_on = 600;
-  const double drift = std::sqrt(2.0) *  // of 2 ms against 1 ms
+  const double drift = std::sqrt(2.0) *  // for 2 ms relative to 1 ms
                        (10e-3 * (1 - std::exp(-600.0 / 720)) + 3e-3 * (1 - std::exp(-600.0 / 7200)));
   const Taps ideal = expected_taps(with(""), early);
   const Taps seen =
@@ -214,7 +214,7 @@ TEST(PlainCamera, QuadraticConverterOnlyCompresses) {
 }
 
 TEST(PlainCamera, MotionIsStepsOfPhaseAndLight) {
-  // c_k of a board at Z + k d: phase k d / K later, light 2 k d / Z less.
+  // c_k of a board at Z + k d: phase increases by k d / K, light decreases by 2 k d / Z.
   const double z = 5, d = 1e-4, k = Camera().metres_per_radian();
   const std::size_t center = 102 * 204 + 102;
   const Taps taps = expected_taps(with("motion:displacement=0.1mm"), board(z)),
@@ -265,7 +265,7 @@ TEST(PlainCamera, NoiseHasThePublishedSize) {
       for (std::size_t k = 0; k < 4; ++k) c[k] = readout(taps.a[k][pixel], random) - readout(taps.b[k][pixel], random);
       squares += std::pow(turned(std::atan2(c[3] - c[1], c[0] - c[2]), ideal.phase), 2);
     }
-    // equations.md, section 2: s / (sqrt(2) a), s of a difference of two taps whose mean is I.
+    // equations.md, section 2: s / (sqrt(2) a), with s of a difference of two taps of mean I.
     const double s = std::sqrt(2 * (9 + 0.012 * ideal.intensity));
     EXPECT_NEAR(std::sqrt(squares / repeats) / (s / (std::sqrt(2.0) * ideal.amplitude)), 1,
                 kind == NoiseKind::gaussian ? 0.02 : 0.1);

@@ -28,7 +28,7 @@ Plane board_of(const Physics& physics, const View& view, double displacement) {
   const auto turned = [&](Vector v) {
     const Vector stated = about_y(view.tilt_y, about_x(view.tilt_x, v));
     const Vector tilted = about_y(effects.value("board_tilt", "y"), about_x(effects.value("board_tilt", "x"), stated));
-    return about_z(-view.roll, tilted);  // the camera turns by roll, so the world turns back in its frame
+    return about_z(-view.roll, tilted);  // the camera rotates by roll, so the world rotates back in its frame
   };
   return {{0, 0, z + displacement}, turned({0, 0, 1}), turned({1, 0, 0}), turned({0, 1, 0})};
 }
@@ -42,7 +42,7 @@ std::vector<Ray> rays_of(const Physics& physics) {
   std::vector<Ray> rays;
   for (int row = 0; row < camera.height; ++row)
     for (int column = 0; column < camera.width; ++column) {
-      // Where the point is seen; the lens model maps the undistorted (x, y) to it: inverted by repetition.
+      // Observed direction of the point; the lens model maps the undistorted (x, y) to it: inverted iteratively.
       const double seen_x = (column - center_x) * camera.pitch / camera.focal_length;
       const double seen_y = (row - center_y) * camera.pitch / camera.focal_length;
       double x = seen_x, y = seen_y, step = 1;

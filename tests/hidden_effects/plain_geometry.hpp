@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Paths of rays: equations.md section 3, in the sensor frame (origin at the sensor's centre, z to the
+/// @file Paths of rays: equations.md section 3, in the sensor frame (origin at the sensor's centre, z towards the
 /// scene).
 #pragma once
 
@@ -25,25 +25,25 @@ Vector about_x(double angle, Vector v);
 Vector about_y(double angle, Vector v);
 Vector about_z(double angle, Vector v);
 
-/// The board as the camera sees it: a point, the normal that looks away from the camera, and the directions of its own
+/// The board in the camera frame: a point, the normal that points away from the camera, and the directions of its own
 /// coordinates.
 struct Plane {
   Vector point, normal, x, y;
 };
 Plane board_of(const Physics& physics, const View& view, double displacement);
 
-/// The ray of one pixel, from the lens centre into the scene.
+/// Ray of one pixel, from the lens centre into the scene.
 struct Ray {
   Vector direction;      ///< unit vector
   double to_sensor = 0;  ///< m, D_sen: lens centre -> pixel
-  double cos_theta = 1;  ///< to the optical axis
+  double cos_theta = 1;  ///< relative to the optical axis
 };
-/// All of them, row by row.
+/// Rays of all pixels, row by row.
 std::vector<Ray> rays_of(const Physics& physics);
 
 /// Positions of the two arrays: left, right.
 std::array<Vector, 2> source_positions(const Physics& physics);
-/// The same seen in the mirror of the rail, which lies in the world, not in the camera.
+/// Mirror image of a source in the rail, which is fixed in the world, not in the camera.
 Vector mirrored_by_rail(const Physics& physics, const View& view, Vector source);
 
 }  // namespace tofgraph::hidden

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The phasor level: light of every source on the board, as every pixel sees it; then what happens to it on its way to
-// the pixel; then the turns of its phase.
+// The phasor level: light of every source on the board, as seen by every pixel; then its changes on the path to the
+// pixel; then the phase changes.
 #include "tests/hidden_effects/plain_geometry.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 using std::complex;
 
 /// Reflection by a board: rho times 1 in `light: reference`, times cos(theta_i) in `light: physical`; the effects
-/// surface_reflectance (model of Oren and Nayar) and specular.
+/// surface_reflectance (Oren-Nayar model) and specular.
 class Surface {
  public:
   explicit Surface(const Physics& physics)
@@ -43,7 +43,7 @@ class Surface {
   double oren_nayar(Vector facing, Vector in, Vector out) const {
     const double cos_in = std::clamp(dot(facing, in), 0.0, 1.0), cos_out = std::clamp(dot(facing, out), 0.0, 1.0);
     const double theta_in = std::acos(cos_in), theta_out = std::acos(cos_out);
-    // Azimuth between the two directions as seen along the normal.
+    // Azimuth between the two directions in the plane perpendicular to the normal.
     const Vector flat_in = in - cos_in * facing, flat_out = out - cos_out * facing;
     const double lengths = length(flat_in) * length(flat_out);
     const double cos_azimuth = lengths > 0 ? dot(flat_in, flat_out) / lengths : 0;
@@ -59,12 +59,12 @@ class Surface {
 struct Source {
   Vector position;
   Vector axis;        ///< axis of its beam
-  Vector start;       ///< start of its light's path: its place, or its mirror image in the rail
+  Vector start;       ///< start of its light's path: its position, or its mirror image in the rail
   double weight = 1;  ///< weight of its light
   double phase = 0;   ///< rad
 };
 
-/// The arrays that are on. @param by_rail as the rail mirrors them: a share of the straight light, on a longer way
+/// The arrays that are on. @param by_rail as mirrored by the rail: a fraction of the direct light, on a longer path
 std::vector<Source> sources_on(const Physics& physics, const View& view, bool by_rail) {
   const Effects& e = physics.effects;
   const std::array<Vector, 2> positions = source_positions(physics);
@@ -90,7 +90,7 @@ struct PixelLight {
   double total = 0;
 };
 
-/// The light of some sources by way of the board.
+/// The light of the active sources reflected by the board.
 class BoardLight {
  public:
   BoardLight(const Physics& physics, const View& view, double displacement, bool by_rail)
@@ -117,7 +117,7 @@ class BoardLight {
     for (const Source& source : sources_) {
       const Vector in = unit(source.position - point);
       const double way = length(point - source.position);  // D_i
-      // Each of the profile's two arrays has one half of the gain.
+      // Each of the profile's two arrays contributes half of the gain.
       double a = physics_.camera.gain * view_.integration_time / 2 * source.weight *
                  surface_.sent_on(view_.reflectivity, facing, in, -1 * ray.direction);
       if (physics_.light == Light::reference)
@@ -132,8 +132,8 @@ class BoardLight {
   }
 
  private:
-  /// From the lens to the board, which stands out of its plane by the warp: found by repetition, as its slope is small.
-  /// The light that the board sends on knows the plane's normal alone.
+  /// Distance from the lens to the board, which deviates from its plane by the warp: found iteratively, as the slope is
+  /// small. The reflection uses the normal of the plane.
   double way_to_board(const Ray& ray, Vector lens) const {
     const double flat = dot(board_.point - lens, board_.normal), along = dot(ray.direction, board_.normal);
     double way = flat / along;
@@ -149,10 +149,10 @@ class BoardLight {
   Surface surface_;
   Plane board_;
   std::vector<Source> sources_;
-  double beam_exponent_, wave_number_;  // rad/m of the whole way
+  double beam_exponent_, wave_number_;  // rad/m of the round trip
 };
 
-/// A Gaussian's weights on whole pixels, sum 1 over all of them.
+/// Gaussian weights at integer pixels, with sum 1 over all of them.
 std::vector<double> gaussian(double width, int reach) {
   std::vector<double> weights(static_cast<std::size_t>(2 * reach + 1));
   double sum = 0;
@@ -162,7 +162,7 @@ std::vector<double> gaussian(double width, int reach) {
   return weights;
 }
 
-/// Direct sum along rows, then along columns. @param renormalise the weights inside the image sum to 1; else what is
+/// Direct sum along rows, then along columns. @param renormalise weights inside the image sum to 1; otherwise the
 /// outside is dark
 template <class Value>
 std::vector<Value> blurred(const Camera& camera, const std::vector<Value>& image, double width, bool renormalise) {
@@ -204,12 +204,12 @@ template <class Value> void scatter(const Physics& physics, std::vector<Value>& 
   for (std::size_t i = 0; i < image.size(); ++i) image[i] += fraction * ((1 - share) * wide[i] + share * mean);
 }
 
-/// Progress of the warm-up since power-on, 0..1. @param time_constant name of the process's
+/// Progress of the warm-up since power-on, 0..1. @param time_constant parameter name of the process
 double warm(const View& view, const Effects& effects, const char* time_constant = "time_constant") {
   return 1 - std::exp(-view.time_since_power_on / effects.value("warm_up", time_constant));
 }
 
-/// Both processes of the drift; a longer exposure heats otherwise.
+/// Both processes of the drift; the heating depends on the exposure time.
 double warm_up(const View& view, const Effects& e) {
   const double heating =
       std::pow(view.integration_time / e.value("warm_up", "reference_time"), e.value("warm_up", "exponent"));
@@ -261,7 +261,7 @@ class Turns {
   double everywhere_, logarithmic_, inverse_, reference_amplitude_, map_scale_;
 };
 
-/// Light that comes from the scene through the lens.
+/// Light from the scene through the lens.
 SensorLight scene_light(const Physics& physics, const View& view, double displacement) {
   const Camera& camera = physics.camera;
   const Effects& e = physics.effects;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The samples and taps levels: exposures, two taps each, and what is handed out of them.
+// The samples and taps levels: exposures, two taps each, and the delivered counts.
 #include "tests/hidden_effects/plain_camera.hpp"
 
 #include <algorithm>
@@ -18,7 +18,7 @@ double moved_per_image(const Physics& physics, const View& view) {
          view.velocity / (static_cast<double>(physics.camera.steps.size()) * physics.camera.frame_rate);
 }
 
-/// The correlation of an exposure: a cosine, or what the effects on the waveform make of it.
+/// Correlation of an exposure: a cosine, modified by the effects on the waveform.
 class Waveform {
  public:
   explicit Waveform(const Physics& physics) {
@@ -46,13 +46,13 @@ class Waveform {
     double order, ratio, phase;
   };
   double even_ = 0;
-  std::vector<double> steps_;  // rad, with their errors
+  std::vector<double> steps_;  // rad, including their errors
   std::array<Harmonic, 3> odd_{};
 };
 
 double at(const Image& map, std::size_t i) { return map.empty() ? 0 : map[i]; }
 
-/// Counts of a tap: its own gain, the pixel's response and dark level.
+/// Counts of a tap: its gain, the pixel's response and dark level.
 struct Counting {
   const PixelMaps& maps;
   double scale, integration_time;
@@ -75,7 +75,7 @@ Taps expected_taps(const Physics& physics, const View& view) {
     gains[k] += e.value("phase_gain", "gain" + std::to_string(k));
   const double mismatch = e.value("tap_mismatch", "ratio");
   const double room = view.ambient && !view.capped ? e.value("ambient_light", "rate") * view.integration_time / 2 : 0;
-  const double threshold = e.value("ambient_light", "suppression");  // the common mode above it is taken away
+  const double threshold = e.value("ambient_light", "suppression");  // the common mode above it is removed
   const double step = moved_per_image(physics, view);
   Taps taps{std::vector<Image>(gains.size()), std::vector<Image>(gains.size())};
   SensorLight light = light_on_sensor(physics, view, 0);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_proposed: what the condition is worth that a report proposes to measure next. A campaign that leaves
-// an effect open, in a tie or not to be seen, is measured again with the proposed condition, and with a random one.
+// hidden_effects_proposed: benefit of the condition that a report proposes to measure next. A campaign that leaves an
+// effect undetermined, in a tie or undetectable, is extended by the proposed condition, and by a random one.
 #include "tests/hidden_effects/designs.hpp"
 #include "tests/hidden_effects/effects.hpp"
 #include "tests/hidden_effects/score_run.hpp"
@@ -79,10 +79,10 @@ io::Condition proposed(const json& from) {
   return condition;
 }
 
-/// Anything that a lab could measure on the same rail: a target of the campaign, from 0.7 times its shortest to 1.3
-/// times its longest distance, half its shortest to twice its longest time, facing the camera or tilted by 20 deg, a
-/// camera that was just switched on or was on for as long or twice as long; every other one with the lens capped, a
-/// source alone, a lamp, the rail covered, a laser, or the camera turned.
+/// Any condition that a lab could measure on the same rail: a target of the campaign, from 0.7 times its shortest to
+/// 1.3 times its longest distance, half its shortest to twice its longest time, facing the camera or tilted by 20 deg,
+/// a camera just switched on or on for as long or twice as long; every second one with the lens capped, a single
+/// source, a lamp, the rail covered, a laser, or the camera rotated.
 io::Condition random_one(const std::vector<io::Condition>& campaign, std::mt19937_64& random) {
   const auto range = [&](double io::Condition::*value) {
     const auto [least, most] = std::ranges::minmax(campaign, {}, value);

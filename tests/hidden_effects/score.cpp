@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_score: hides effects in many campaigns, has the gap search look for them, and counts.
+// hidden_effects_score: hides effects in many campaigns, runs the gap search on them, and scores the results.
 #include "tests/hidden_effects/score_run.hpp"
 #include "tests/hidden_effects/score_table.hpp"
 #include "tests/hidden_effects/truth.hpp"
@@ -109,7 +109,7 @@ std::vector<Score> scored(const Asked& asked) {
   std::vector<Score> scores;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     scores.push_back(run(cases[i], asked.bench));
-    csv << scores.back().line() << std::endl;  // what is scored stays when the rest is interrupted
+    csv << scores.back().line() << std::endl;  // finished scores are kept if the rest is interrupted
     fmt::print(stderr, "{}/{} {}\n", i + 1, cases.size(), scores.back().line());
   }
   return scores;

@@ -71,7 +71,7 @@ std::vector<Case> nothing(std::uint64_t seed, std::size_t draws) {
   return cases;
 }
 
-/// Several effects at once, none alike to another.
+/// Several effects at once, no two equivalent.
 std::vector<Case> several(const std::string& suite, std::size_t effects, std::size_t count, std::uint64_t seed) {
   std::vector<Case> cases;
   std::mt19937_64 random(seed);
@@ -87,8 +87,8 @@ std::vector<Case> several(const std::string& suite, std::size_t effects, std::si
   return cases;
 }
 
-/// A constant of 2 to 20 mm and an offset that goes with the integration time by 2 to 12 mm, in each grid of distances,
-/// times and targets; its law, whether the order is stated, and what is hidden beside are drawn.
+/// A constant of 2 to 20 mm and an integration-time offset of 2 to 12 mm, for each grid of distances, times and
+/// targets; its law, whether the order is stated, and further hidden effects are drawn at random.
 std::vector<Case> lab(std::uint64_t seed, std::size_t draws) {
   constexpr std::array<const char*, 3> laws = {"slope={0}mm", "slope=0mm,linear={0}m/s", "slope={0}mm,exponent=0.5"};
   constexpr std::array<const char*, 3> beside = {"", "wiggling", "crosstalk"};
@@ -123,7 +123,7 @@ std::vector<Case> lab(std::uint64_t seed, std::size_t draws) {
 std::vector<Case> pairs(std::uint64_t seed, std::size_t draws) { return several("pairs", 2, 20 * draws, seed); }
 std::vector<Case> triples(std::uint64_t seed, std::size_t draws) { return several("triples", 3, 10 * draws, seed); }
 
-/// The search does not know the effect that is there.
+/// The hidden effect is unknown to the search.
 std::vector<Case> without(std::uint64_t seed, std::size_t draws) {
   std::vector<Case> cases;
   for (std::size_t draw = 0; draw < draws; ++draw) {
@@ -144,7 +144,7 @@ std::vector<Case> patterns(std::uint64_t seed, std::size_t draws) {
   return cases;
 }
 
-/// Pairs that are alike, without and with the data of the experiment that tells them apart.
+/// Equivalent pairs, without and with the data of the experiment that distinguishes them.
 std::vector<Case> ties(std::uint64_t seed, std::size_t draws) {
   struct Tie {
     const char *design, *effect, *experiment;
@@ -171,7 +171,7 @@ std::vector<Case> ties(std::uint64_t seed, std::size_t draws) {
   return cases;
 }
 
-/// Cases for every change of the search: a small design, some of everything.
+/// Cases to run after every change of the search: a small design, some of everything.
 std::vector<Case> quick(std::uint64_t seed, std::size_t) {
   std::vector<Case> cases;
   for (const char* effect : {"wiggling", "tap_mismatch", "crosstalk", "amplitude_walk", "integration_time_offset",
@@ -215,7 +215,7 @@ Clutter clutter_of(const std::vector<std::string>& names) {
 
 std::vector<Case> cases_of(const Suite& suite, std::uint64_t seed, std::size_t draws, std::size_t count) {
   std::vector<Case> cases = suite.make(seed, draws);
-  while (cases.size() < count) {  // what was drawn before stays first, and some suites cannot be drawn anew
+  while (cases.size() < count) {  // earlier draws stay first, and some suites cannot be redrawn
     std::vector<Case> more = suite.make(seed, ++draws);
     if (more.size() == cases.size()) break;
     cases = std::move(more);
@@ -245,16 +245,16 @@ bool is_hidden_from_boards(const std::string& effect) {
 
 namespace {
 
-/// Effects that do the same to each condition where one setting is the same in all of them: a camera that is warm has
-/// an offset, and so has one with a single integration time. Where distances alone are seen, so have phase steps of
-/// which the second is off by as much as the first and the third together: of samples that would show in N2.
+/// Effects that are equivalent if one setting is the same in all conditions: a warm camera has an offset, and so has
+/// one with a single integration time. If only distances are known, so have phase steps with an error of the second
+/// equal to the sum of the first and the third: samples would show it in N2.
 bool are_alike_in(const Case& what, const std::string& a, const std::string& b) {
   std::vector<std::string> offsets = {"zero_offset"};
   const bool warms_up = what.design == "C" || std::ranges::find(what.experiments, "warm_up") != what.experiments.end();
   if (!warms_up) offsets.emplace_back("warm_up");
   if (what.design == "A" && what.experiments.empty()) offsets.emplace_back("integration_time_offset");
   const bool steps = std::ranges::find(what.effects, "phase_step_error") != what.effects.end();
-  if (what.output == Output::distances && !steps) offsets.emplace_back("phase_step_error");  // those hidden are others
+  if (what.output == Output::distances && !steps) offsets.emplace_back("phase_step_error");  // hidden ones differ
   return a != b && std::ranges::find(offsets, a) != offsets.end() && std::ranges::find(offsets, b) != offsets.end();
 }
 

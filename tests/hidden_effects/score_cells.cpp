@@ -30,7 +30,7 @@ std::size_t Cell::*outcome_of_effect(const Score& score, const std::string& effe
   return score.verdict == "nothing_found" ? &Cell::nothing : &Cell::unknown;
 }
 
-/// Outcome without a name: silence is right if nothing is hidden, "unknown" if something is.
+/// Outcome without a name: no finding is right if nothing is hidden, "unknown" if something is.
 std::size_t Cell::*outcome_without_name(const Score& score) {
   const bool something = !score.what.pattern.empty() || !score.what.without.empty();
   if (score.blind) return &Cell::blind;
@@ -40,7 +40,7 @@ std::size_t Cell::*outcome_without_name(const Score& score) {
   return score.verdict == "tie" && something ? &Cell::tie : &Cell::wrong;
 }
 
-/// Conditions of a case other than the usual ones.
+/// Nonstandard settings of a case.
 std::string surroundings(const Case& what) {
   std::vector<std::string> all = what.clutter;
   if (what.noise != NoiseKind::gaussian) all.insert(all.begin(), name_of(what.noise));

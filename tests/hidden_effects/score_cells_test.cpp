@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// How reports are counted: cell by cell, further parameters included; files of scores, old ones too.
+// Counting of reports: cell by cell, including further parameters; files of scores, including old ones.
 #include "tests/hidden_effects/score_table.hpp"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ TEST(Judge, IntervalsOfAllThatIsRightWithTheFurtherParameters) {
   const json named =
       report("named_with_rest", {effect("wiggling", {},
                                         {{"amplitude", interval(4e-3, 6e-3)},
-                                         {"phase", interval(6.3, 6.5)},  // a turn further
+                                         {"phase", interval(6.3, 6.5)},  // one turn further
                                          {"amplitude5", interval(0, 1e-3)},
                                          {"phase5", interval(3.2, 3.4)},
                                          {"unheard_of", interval(0, 1)}}),
@@ -75,7 +75,7 @@ std::vector<Score> some_scores() {
   add(hiding("single", {"wiggling"}, 4), report("nothing_found", {}, {"wiggling"}));
   add(hiding("single", {"rail_scale"}, 5), report("tie", {tied}));
   add(hiding("single", {"crosstalk"}, 6),
-      report("tie", {effect("crosstalk", {"wiggling"}, json::object())}));  // alike to nothing of that name
+      report("tie", {effect("crosstalk", {"wiggling"}, json::object())}));  // not equivalent to that name
   add(hiding("pairs", {"wiggling", "rail_scale"}, 7), report("tie", {right, tied}));
   add(hiding("pairs", {"wiggling", "crosstalk"}, 8), report("named_with_rest", {right}));
   Case quiet = hiding("nothing", {}, 9);

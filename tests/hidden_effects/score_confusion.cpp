@@ -22,7 +22,7 @@ std::string confusion_png(const std::vector<Score>& scores) {
   for (const Score& score : scores) {
     const std::size_t from = index(hidden, score.what.effects.front());
     if (from == hidden.size()) continue;
-    // a tie counts where the hidden effect is in it
+    // a tie counts if it contains the hidden effect
     std::string name = score.names.empty() ? (score.blind                  ? "(blind)"
                                               : score.verdict == "unknown" ? "unknown"
                                                                            : "nothing")
@@ -30,7 +30,7 @@ std::string confusion_png(const std::vector<Score>& scores) {
     if (score.found == 1) name = hidden[from];
     const std::size_t to = index(said, name);
     if (to < said.size()) share[from * said.size() + to] += 1;
-    for (const std::string& other : score.names) {  // named beside what was hidden
+    for (const std::string& other : score.names) {  // named beside the hidden one
       const std::size_t beside = index(said, other);
       if (score.found == 1 && score.wrong > 0 && beside != from && beside < said.size())
         share[from * said.size() + beside] += 1;

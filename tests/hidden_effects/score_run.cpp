@@ -44,12 +44,12 @@ nlohmann::json searched(const std::filesystem::path& campaign, const Bench& benc
 
 namespace {
 
-/// Depth gap of the extended model, as it is, on a new campaign of the same camera, m.
+/// Depth gap of the unchanged extended model on a new campaign of the same camera, m.
 double gap_again(const std::filesystem::path& campaign, std::uint64_t seed, const Bench& bench) {
   CampaignOptions options = like(campaign / "truth.yaml", seed);
   options.folder = campaign / "again";
   make_campaign(options);
-  // With the maps that the model names.
+  // Also copies the maps that the model names.
   for (const auto& file : std::filesystem::directory_iterator(campaign / "gap")) {
     if (file.path().filename() == "model.yaml" || file.path().extension() == ".h5")
       std::filesystem::copy_file(file.path(), options.folder / file.path().filename(),

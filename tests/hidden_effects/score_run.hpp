@@ -13,19 +13,19 @@ namespace tofgraph::hidden {
 struct Bench {
   std::string program = TOFGRAPH_PROGRAM;
   std::filesystem::path scratch = std::filesystem::temp_directory_path() / "hidden_effects";
-  std::size_t every = 1, frames = 4;  ///< each so-many-th condition of a design, with so many frames
-  bool keep = false;                  ///< the campaign and the report
-  bool again = false;                 ///< the found model predicts another campaign of the same camera
+  std::size_t every = 1, frames = 4;  ///< only every n-th condition of a design, with this number of frames
+  bool keep = false;                  ///< keeps the campaign and the report
+  bool again = false;                 ///< tests the found model's predictions on another campaign of the same camera
 };
 
 /// Options of a case's campaign; its folder is not set.
 CampaignOptions campaign_of(const Case& what);
 
-/// Has the program search a campaign that was made: report.json. @param options beside those of any search
-/// @throws std::runtime_error when the search fails
+/// Runs the search on an existing campaign and returns report.json. @param options in addition to the usual ones
+/// @throws std::runtime_error if the search fails
 nlohmann::json searched(const std::filesystem::path& campaign, const Bench& bench, const std::string& options);
 
-/// Makes the campaign, has it searched, compares. @throws std::runtime_error when the search fails
+/// Makes the campaign, searches it, compares. @throws std::runtime_error if the search fails
 Score run(const Case& what, const Bench& bench);
 
 }  // namespace tofgraph::hidden

@@ -17,7 +17,7 @@ std::string percent(std::size_t part, std::size_t all) {
                                 100.0 * static_cast<double>(part) / static_cast<double>(all));
 }
 
-/// Median; NaN is less than all numbers.
+/// Median; NaN counts as less than all numbers.
 double median(std::vector<double> values) {
   for (double& value : values) value = std::isnan(value) ? -std::numeric_limits<double>::infinity() : value;
   std::ranges::sort(values);
@@ -31,7 +31,7 @@ template <class Wanted> std::size_t count(const std::vector<Score>& scores, Want
 
 bool is_single_name(const Score& score) { return score.verdict == "named"; }
 
-/// A name where a tie or a mimic is documented to be possible.
+/// True if a tie or a mimic is documented as possible for the name.
 bool has_partner(const std::string& effect) {
   return std::ranges::any_of(catalogue(), [&](const Effect& other) { return are_alike(effect, other.name); });
 }
@@ -82,11 +82,11 @@ std::string several_row(const std::string& name, const std::vector<Score>& score
              percent(count(scores, [&](const Score& s) { return s.found >= needed; }), scores.size()));
 }
 
-/// @returns rows of the laboratory's own campaigns
+/// @returns rows of the laboratory campaigns
 std::string lab_rows(const std::vector<Score>& scores) {
   if (scores.empty()) return "";
   const auto all_named = [](const Score& s) { return s.found == s.what.effects.size() && s.wrong == 0; };
-  // Not the scatter that the search estimates, which takes up what effects do not explain.
+  // Excludes the scatter estimated by the search, which absorbs unexplained errors.
   const auto gap = [](const Score& s) { return !(s.after <= 3 * std::hypot(s.noise, 0.5e-3 * s.what.jitter)); };
   return row("lab: the set and nothing else, or tied", "90 %", percent(count(scores, all_named), scores.size())) +
          row("lab: a false name", "at most 1 %",

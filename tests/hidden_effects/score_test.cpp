@@ -28,14 +28,14 @@ std::vector<Case> quick_cases() {
   return {};
 }
 
-/// Hidden effects, as a test's name.
+/// Hidden effects as a test name.
 std::string name_of(const Case& what) {
   std::string name = what.pattern + (what.without.empty() ? "" : "without_");
   for (const std::string& effect : what.effects) name += (name.empty() || name.back() == '_' ? "" : "_and_") + effect;
   return name.empty() ? "nothing_" + std::to_string(what.seed) : name;
 }
 
-/// Effects that the observables show, but not the depth: its gap is the noise's with them and without.
+/// Effects visible in the observables but not in the depth: its gap equals the noise with and without them.
 bool is_level(const Case& what) {
   return what.effects == std::vector<std::string>{"tap_mismatch"} ||
          what.effects == std::vector<std::string>{"source_amplitude"};
@@ -48,7 +48,7 @@ TEST_P(QuickScore, IsRight) {
   const tests::TemporaryFolder folder;
   Bench bench;
   bench.scratch = folder.path();
-  // Half of the boards and of the frames do, but where what is left would not be known to a tenth then.
+  // Half of the boards and of the frames suffice, unless the remaining gap is then uncertain by more than a tenth.
   const bool needs_all = what.effects == std::vector<std::string>{"integration_time_offset"};
   if (!needs_all) bench.every = bench.frames = 2;
   const Score score = run(what, bench);
@@ -60,18 +60,18 @@ TEST_P(QuickScore, IsRight) {
   const std::optional<double> share = closed(score);
   ASSERT_EQ(share.has_value(), !is_level(what)) << score.line();
   if (share) {
-    // Maps of so few conditions take noise of their own to those that are held out.
+    // With so few conditions, noise in the maps affects the held-out conditions.
     const bool maps = std::ranges::find(what.effects, "fixed_pattern") != what.effects.end();
     EXPECT_GT(*share, maps ? 0.85 : 0.9) << score.line();
     if (!maps) {
-      EXPECT_NEAR(score.after / score.floor, 1, 0.1) << score.line();  // what noise and scatter leave
+      EXPECT_NEAR(score.after / score.floor, 1, 0.1) << score.line();  // what remains after noise and scatter
     }
   } else {
     EXPECT_LE(score.after, score.before + 0.05 * score.floor) << score.line();
   }
 }
 
-/// Gaps in the depth: before, after, and the noise's.
+/// Gaps in the depth: before, after, and that of the noise.
 Score gap(double before, double after, double floor) {
   return {.what = {.suite = "quick", .effects = {"wiggling"}}, .before = before, .after = after, .floor = floor};
 }
@@ -83,7 +83,7 @@ TEST(Closed, IsTheShareOfWhatIsAboveTheNoise) {
   EXPECT_TRUE(closed(gap(1.21, 0, 1)));
 }
 
-/// It would pass for a gap that is not there.
+/// NaN must not be treated as a case without a gap.
 TEST(Closed, WhatIsNoNumberIsNotClosed) {
   const double none = std::nan("");
   for (const Score& score : {gap(none, 1, 1), gap(5, none, 1), gap(5, 1, none)}) {

@@ -19,7 +19,7 @@ namespace {
 
 using nlohmann::json;
 
-/// The intervals of an effect that was rightly named, of every parameter that the report gives and the catalogue has.
+/// Intervals of a correctly named effect, for every parameter contained in both the report and the catalogue.
 void collect_intervals(const json& effect, const Effects& hidden, Score& score) {
   const std::string name = effect["name"];
   const auto known = std::ranges::find(catalogue(), name, &Effect::name);
@@ -27,9 +27,9 @@ void collect_intervals(const json& effect, const Effects& hidden, Score& score) 
     if (known == catalogue().end() ||
         std::ranges::find(known->parameters, parameter, &Parameter::name) == known->parameters.end())
       continue;
-    // Of a map that is estimated, only the product with its scale is known.
+    // Of an estimated map, only the product with its scale is known.
     if (name == "fixed_pattern" || name == "pixel_response") continue;
-    if (name == "specular" && parameter == "strength") continue;  // goes with the light's power, which is not told
+    if (name == "specular" && parameter == "strength") continue;  // scales with the light's power, which is unknown
     if (!value.contains("low") || !value["low"].is_number() || !value["high"].is_number()) continue;
     const double low = value["low"], high = value["high"];
     double truth = hidden.value(name, parameter);
@@ -86,7 +86,7 @@ Score parse_score(const std::map<std::string, std::string>& c) {
             .experiments = split(c.at("experiments"), '+'),
             .effects = split(c.at("effects"), '+'),
             .size = std::stod(c.at("size")),
-            // The first files had neither: they were plain, without clutter.
+            // The first files had neither: they used plain draws, without clutter.
             .drawn = c.contains("drawn") && c.at("drawn") == "all" ? Drawn::all : Drawn::plain,
             .pattern = c.at("pattern"),
             .without = c.at("without"),

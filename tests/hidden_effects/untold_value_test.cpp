@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: UntoldValue.OthersThat*
 // Rooms: diagnosis simulation plugins
-// A camera that warms up, where every condition was measured an hour after power-on: the effect fits, and its time
-// constant is anything. Others that explain as much are named in its place, tied with it; where there are none it is
-// not named, and the report says what is missing. Either way a camera that was just switched on comes first.
+// A camera with warm-up whose conditions were all measured an hour after power-on: the effect fits, and its time
+// constant is undetermined. Others that explain as much are named instead, tied with it; without others it is not
+// named, and the report says what is missing. In both cases a camera just switched on is the first suggestion.
 #include <gtest/gtest.h>
 
 #include "tests/hidden_effects/hidden_report.hpp"
@@ -12,7 +12,7 @@
 namespace tofgraph::hidden {
 namespace {
 
-/// Half of the conditions, and half of the frames: what time constants do to a warm camera they do not tell, either.
+/// Half of the conditions and of the frames: they do not determine the time constant of a warm camera either.
 const CampaignOptions few = {.every = 2, .frames = 2};
 
 void expect_a_cold_camera(const nlohmann::json& next) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: BadPixels.AllDeadPixelsOfAWholeSensorAreFound
 // Rooms: io graph calibration
-// Bad pixels from a camera's noise to its pipelines: captures of an independent camera.
+// Bad pixels from a camera's noise to its pipelines, with captures of an independently simulated camera.
 #include <hdf5.h>
 
 #include "tests/dirty_camera.hpp"
@@ -69,7 +69,7 @@ TEST_F(BadPixels, EveryKindIsFoundAndNoGoodPixelIsLost) {
   EXPECT_NE((outcome.out + outcome.err).find("105 of 2304 pixels are bad: 35 dead"), std::string::npos)
       << outcome.out << outcome.err;
   EXPECT_NE((outcome.out + outcome.err).find("bad_pixels: {file: n.maps.h5, dataset: bad}"), std::string::npos);
-  // The bad pixels do not spoil the fit.
+  // Bad pixels do not affect the fit.
   io::CalibrationReader file(folder.path() / "n.yaml", "noise", "dirty");
   EXPECT_NEAR(file.need("read_noise", "counts", 1, "").value[0], std::sqrt(9 + 1.0 / 12), 0.06);
   EXPECT_NEAR(file.need("shot_noise", "counts", 1, "").value[0], 0.012, 0.0003);
@@ -197,7 +197,7 @@ TEST_F(BadPixels, AMapInTheProfileIsUsedByCalibrationsAndPipelines) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE((again.out + again.err).find("35 of 2304 pixels are bad: 35 dead, 35 listed before"), std::string::npos)
       << again.out << again.err;
-  // A raw frame gets its flags at the source: the decoder keeps them.
+  // A raw frame gets its flags at the source; the decoder keeps them.
   write_text(folder.path() / "p.yaml",
              "pipeline: 1\ncamera: dirty.yaml\nnodes:\n  - {stage: capture_reader, file: noise0.h5}\n"
              "  - {stage: four_phase_decoder}\n  - {stage: crop, columns: [1, 46]}\n"
@@ -215,7 +215,7 @@ TEST_F(BadPixels, AMapInTheProfileIsUsedByCalibrationsAndPipelines) {
     }
   }
   EXPECT_NE(provenance_in(folder.path() / "m.h5").find("n.maps.h5"), std::string::npos);
-  // Decoded frames without flags of their own get them, too.
+  // Decoded frames without flags get them too.
   ASSERT_EQ(run("run \"capture_reader file=noise0.h5 ! four_phase_decoder ! channels keep=[distance,amplitude] ! "
                 "capture_writer path=d.h5\" --camera ./dirty.yaml")
                 .exit_code,

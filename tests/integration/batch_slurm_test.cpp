@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A campaign as jobs of a real Slurm of one node, which the test starts in its own folder.
+// A campaign as jobs of a real one-node Slurm, which the test starts in its own folder.
 // Slow: *
 // Rooms: diagnosis cli
-// Its tests share the campaign that SetUpTestSuite makes.
+// The tests share the campaign created by SetUpTestSuite.
 // Alone: Slurm's daemons have fixed ports, and tasks are killed by the clock
 #include "tests/divided_campaign.hpp"
 
@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// munged, slurmctld and slurmd in a folder of their own, ended by their process ids.
+/// munged, slurmctld and slurmd in a folder of their own, terminated by their process ids.
 class OneNodeSlurm {
  public:
   OneNodeSlurm() {
@@ -67,7 +67,7 @@ class OneNodeSlurm {
   }
   void start_node() const { run("slurmd"); }
   void kill_node() const { run("kill -9 $(cat run/slurmd.pid)"); }
-  /// Waits until no job is left. @returns false after two minutes
+  /// Waits until no jobs remain. @returns false after two minutes
   bool wait() const {
     for (int i = 0; i < 600; ++i) {
       if (run("squeue -h | grep -q .").exit_code != 0) return true;
@@ -121,7 +121,7 @@ TEST_F(BatchSlurm, SlurmAfterKills) {
   for (int round = 0; round < 12 && !fs::exists(home() / "killed/result/report.html"); ++round) {
     EXPECT_EQ(slurm.run("$TOFGRAPH batch --submit -o killed", home()).exit_code, 0);
     for (int k = 0; k < 2; ++k) {
-      // A task of this job alone: its command line names the job's folder.
+      // A task of this job only: its command line contains the job's folder.
       const Outcome kill =
           slurm.run("for i in $(seq 60); do p=$(pgrep -f '" + (home() / "killed").string() +
                         "/[s]tats --' | head -n 1); [ -n \"$p\" ] && break; sleep 0.05; done; sleep 0." +

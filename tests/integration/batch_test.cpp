@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A campaign as the tasks of a job on this machine.
+// A campaign as the tasks of a job on the local machine.
 // Slow: *
 // Rooms: diagnosis cli
-// Its tests share the campaign that SetUpTestSuite makes.
+// The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 
 using namespace tofgraph::tests;
@@ -19,7 +19,7 @@ TEST_F(Batch, LocalTasksGiveTheSameReport) {
   EXPECT_THAT(done("$TOFGRAPH batch --status local").out, HasSubstr("reduce     0 of 6 done"));
   EXPECT_THAT(done("$TOFGRAPH batch --submit -o local").out, HasSubstr("reduce     6 of 6 done"));
   EXPECT_EQ(result_of("local/result"), result_of("whole"));
-  // Submitting again does nothing.
+  // A second submission does nothing.
   const auto time = fs::last_write_time(home() / "local/result/report.json");
   done("$TOFGRAPH batch --submit -o local");
   EXPECT_EQ(fs::last_write_time(home() / "local/result/report.json"), time);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Libraries that were built with the first release: this host loads and runs them.
+// Plugin libraries built with the first release are loaded and run by this host.
 #include "tests/program.hpp"
 
 #include <tofgraph/harness.hpp>
@@ -42,7 +42,7 @@ TEST(BuiltPlugins, APipelineOfThemRuns) {
   }
 }
 
-/// 20 mm more than without.
+/// 20 mm more than without the plugin.
 TEST(BuiltPlugins, EffectsDoWhatTheyDid) {
   const TemporaryFolder here;
   for (const std::string name : {"plain_effect", "shaped_effect"}) {

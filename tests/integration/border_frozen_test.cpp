@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Plugins built against the headers of version 2.0 alone do what they did then. Built twice: with this host, and with
-// one whose structs have grown.
+// Plugins built only against the headers of version 2.0 behave as they did then. Built twice: with this host, and with
+// a host whose structs have additional members.
 #include "graph/parameters.hpp"
 #include "graph/plugin.hpp"
 #include "io/border.hpp"
@@ -46,7 +46,7 @@ TEST(FrozenStage, IsToldWhatItWasToldThen) {
   stage.put<std::uint16_t>("flags", {2, 2}, {0, 1, 2, 0});
   stage.run();
   EXPECT_EQ(stage.get<float>("depth"), (std::vector<float>{-2.5F, -5.5F, -8.5F, -11.5F}));
-  // 2 of the lights, 3 + 2 + 2 dimensions of rays, depth and flags, 3 letters, 2 ms, 100 (1 + 2)
+  // 2 lights, 3 + 2 + 2 dimensions of rays, depth and flags, 3 letters, 2 ms, 100 (1 + 2)
   EXPECT_EQ(stage.get<float>("sigma"), (std::vector<float>{314, 315, 316, 314}));
   EXPECT_EQ(stage.of("sigma"), "depth");
   EXPECT_EQ(stage.applied("depth"), "frozen_stage");
@@ -77,7 +77,7 @@ class FrozenEffect : public testing::Test {
   Acquisition acquisition = acquisition_of(camera->view(), 2e-3);
   Pixels pixels = superpixels(camera->view(), 3, 4);
 
-  /// @param written its parameters, as in a model file
+  /// @param written parameters, as in a model file
   EffectPtr effect(const std::string& name, const std::string& written) const {
     const graph::Plugin& plugin = graph::load_plugin(graph::plugin_file(frozen + "/tofgraph_effect_" + name + ".so"));
     config::Diagnostics diagnostics;

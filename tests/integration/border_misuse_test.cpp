@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Plugins that are right but for one thing: each is told in a sentence with the plugin's file and the thing. They are
-// made by tests/fixtures/misuse/misuse.cpp.
+// Plugins that are correct except for one error: each is reported in a sentence that names the plugin's file and the
+// error. They are built from tests/fixtures/misuse/misuse.cpp.
 #include "tests/program.hpp"
 
 #include <fmt/format.h>
@@ -19,7 +19,7 @@ struct Case {
   std::string file() const { return fmt::format("{}/tofgraph_{}_{}.so", misuse, kind, name); }
 };
 
-/// Errors of the descriptor, found when the plugin is read.
+/// Errors in the descriptor, found when the plugin is loaded.
 const Case refused[] = {
     {"filter", "kind_null", "its kind is null"},
     {"filter", "kind_other", "calls itself sink 'kind_other'"},

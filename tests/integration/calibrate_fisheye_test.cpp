@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: calibration
-// A camera with a fisheye from its views to a corrected board, by commands alone.
+// A fisheye camera from its views to a corrected board, using commands only.
 #include "io/calibration.hpp"
 #include "tests/program.hpp"
 
@@ -15,7 +15,7 @@ using namespace tofgraph::tests;
 
 namespace {
 
-/// The profile of a camera that sees 75 deg to each side. @param lens its lines
+/// Profile of a camera that sees 75 deg to each side. @param lens lines of the lens model
 std::string wide_profile(const std::string& lens) {
   std::string text = read_text(std::filesystem::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml");
   for (const auto& [line, by] : {std::pair{"name: camcube2.*", std::string("name: wide")},
@@ -54,7 +54,7 @@ TEST(CalibrateFisheye, FromViewsToACorrectedBoardByCommands) {
                                                        "distortion: [0.03, -0.01, 0.004, -0.001]"));
   write_text(folder.path() / "views.yaml", scene());
   done("simulate views.yaml -o views");
-  // What a maker states: no distortion, and a focal length that is far off.
+  // Manufacturer's data: no distortion, and an inaccurate focal length.
   write_text(folder.path() / "nominal.yaml",
              wide_profile("focal_length: 6 mm\nprincipal_point: [101.5, 101.5]\ndistortion: [0, 0, 0, 0]"));
   const std::filesystem::path campaign = folder.path() / "views/campaign.yaml";
@@ -64,7 +64,7 @@ TEST(CalibrateFisheye, FromViewsToACorrectedBoardByCommands) {
   io::CalibrationReader file(folder.path() / "lens.yaml", "intrinsics", "wide");
   const io::Calibrated focal = file.need("focal_length", "px", 2, ""), powers = file.need("fisheye", "", 4, "");
   for (const std::size_t i : {0U, 1U}) EXPECT_NEAR(focal.value[i], 80, 0.15);
-  // Within 0.1 px up to 60 deg, which the coefficients share out among themselves.
+  // Within 0.1 px up to 60 deg; the individual coefficients are correlated.
   for (double theta = 0.1; theta < 1.05; theta += 0.1) {
     const double t = theta * theta;
     const auto radius = [&](const std::vector<double>& k) {
@@ -73,7 +73,7 @@ TEST(CalibrateFisheye, FromViewsToACorrectedBoardByCommands) {
     EXPECT_NEAR(radius(powers.value), radius({0.03, -0.01, 0.004, -0.001}), 0.1) << theta;
   }
 
-  // The stage and the camera's folder correct alike.
+  // The stage and the camera folder give the same correction.
   const std::string capture = "views/captures/0000_180mm_0deg_0deg.h5";
   done("run 'capture_reader file=" + capture + " ! four_phase_decoder ! intrinsics calibration=lens.yaml " +
        "! optimized_bistatic ! statistics path=by_stage.json'");

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: FixedPattern.FiveDistances*:FixedPattern.ItsGrowth*:FixedPattern.Wiggling*
 // Rooms: calibration
-// The calibration fixed-pattern against patterns that a camera written out in tests/plain_boards.hpp has.
+// The calibration fixed-pattern, compared with known patterns of the independent camera in tests/plain_boards.hpp.
 #include <hdf5.h>
 
 #include "tests/plain_boards.hpp"
@@ -18,17 +18,17 @@ namespace fs = std::filesystem;
 constexpr double mm = 1e-3, degree = std::numbers::pi / 180;
 constexpr std::size_t frames = 25;
 
-double noise_at(double distance) { return 3 * mm * distance * distance; }  // of a frame: as much as the light falls
+double noise_at(double distance) { return 3 * mm * distance * distance; }  // of a frame: inverse to the light
 
-/// 0.5 mm between the middle of the board and its edges, and a twist.
+/// 0.5 mm between the centre of the board and its edges, and a twist.
 double warp(double x, double y) { return 0.5 * mm * (x * x - 0.4 * y * y + 0.6 * x * y * y) / (0.6 * 0.6); }
 
 class FixedPattern : public testing::Test {
  protected:
   struct Setup {
-    double slope = 0;     ///< m/m, of the pixels' growth with the distance
-    double jitter = 0;    ///< share of 1 mm and 1 mrad by which boards are out of place
-    double wiggling = 0;  ///< m, follows the distance of each pixel
+    double slope = 0;     ///< m/m, growth of the pattern with distance
+    double jitter = 0;    ///< board misplacement in units of 1 mm and 1 mrad
+    double wiggling = 0;  ///< m, depends on the distance of each pixel
     bool shaped = true;
     std::vector<double> distances = {0.8, 1.2, 1.6, 2.0, 2.4};
     std::vector<double> rolls = {0, 90, 180, 270};
@@ -77,7 +77,7 @@ class FixedPattern : public testing::Test {
     std::normal_distribution<double> unit(0, 1);
     std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
     for (const double distance : setup.distances) {
-      const double offset = 20 * mm * std::sin(5 * distance);  // as wiggling gives, the same for all pixels
+      const double offset = 20 * mm * std::sin(5 * distance);  // as caused by wiggling, the same for all pixels
       for (const double roll : setup.rolls) {
         PlainBoard board{.distance = distance,
                          .roll = roll * degree,
@@ -114,7 +114,7 @@ class FixedPattern : public testing::Test {
   TemporaryFolder folder;
 };
 
-/// Uncertainty by the noise of all frames if everything else is known: 1 / sqrt(sum of the weights).
+/// Standard uncertainty from the noise of all frames with everything else known: 1 / sqrt(sum of the weights).
 double allowed(const std::vector<double>& distances, std::size_t rolls) {
   double weight = 0;
   for (const double d : distances) weight += static_cast<double>(rolls * frames) / std::pow(noise_at(d), 2);
@@ -130,7 +130,7 @@ TEST_F(FixedPattern, FiveDistancesAndFourRollsGiveItToTheNoise) {
   std::printf("map: error %.3f times what the noise allows\n", error / noise);
   EXPECT_LT(error, 1.2 * noise);
   EXPECT_GT(error, 0.9 * noise) << "better than the noise allows: something is wrong with the test";
-  // Of the warp nothing is in the map.
+  // The map contains nothing of the warp.
   const std::vector<double> map = found("map");
   std::vector<double> shape(plain_pixels), difference(plain_pixels);
   for (std::size_t i = 0; i < plain_pixels; ++i) {
@@ -149,7 +149,7 @@ TEST_F(FixedPattern, FiveDistancesAndFourRollsGiveItToTheNoise) {
   EXPECT_LT(std::abs(product / square), 0.03) << "share of the warp at 1.6 m";
   EXPECT_NE(outcome.err.find("does not grow with the distance"), std::string::npos) << outcome.err;
 
-  // A new board, undone: what is left is the noise.
+  // A new board, corrected: only noise remains.
   const std::vector<double> mean = mean_of({.distance = 1.4}, 0, 0);
   write_distances(folder.path() / "new.h5", {frame(mean, noise_at(1.4))}, std::vector<float>(plain_pixels, 500), 1e-3);
   const Outcome corrected =
@@ -176,7 +176,7 @@ TEST_F(FixedPattern, BoardsOutOfPlaceCostLittle) {
   const double error = rms(found("map"), map_), noise = allowed(setup.distances, setup.rolls.size());
   std::printf("map, boards out by 1 mm and 1 mrad: error %.3f times what the noise allows\n", error / noise);
   EXPECT_LT(error, 1.2 * noise);
-  // The stated uncertainty is the error's.
+  // The stated uncertainty agrees with the error.
   const std::vector<double> sd = found("map_sd"), map = found("map");
   double squares = 0;
   for (std::size_t i = 0; i < plain_pixels; ++i) squares += std::pow((map[i] - map_[i]) / sd[i], 2);
@@ -189,7 +189,7 @@ TEST_F(FixedPattern, ItsGrowthWithTheDistanceIsFound) {
   const Outcome outcome = run("calibrate fixed-pattern campaign.yaml -o fp.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("it grows with the distance"), std::string::npos) << outcome.err;
-  // Weighted least squares of a straight line over the distances D - 2 m.
+  // Weighted least squares fit of a straight line over the distances D - 2 m.
   double w = 0, wx = 0, wxx = 0;
   for (const double d : setup.distances) {
     const double weight = 4 * frames / std::pow(noise_at(d), 2);
@@ -204,8 +204,8 @@ TEST_F(FixedPattern, ItsGrowthWithTheDistanceIsFound) {
   EXPECT_NE(text.find("slope_map: {file: fp.maps.h5, dataset: slope_map}"), std::string::npos) << text;
 }
 
-/// A wiggling of 4 mm bends each board's image by up to a millimetre, at each distance another way: neither the board
-/// nor a growth of the pattern, though five distances allow for both.
+/// A wiggling of 4 mm bends each board's image by up to a millimetre, differently at each distance: neither board shape
+/// nor growth of the pattern, though five distances allow for both.
 TEST_F(FixedPattern, WigglingIsNotTakenForThePattern) {
   const Setup setup{.wiggling = 4 * mm, .shaped = false};
   record(setup);

@@ -3,7 +3,7 @@
 // Slow: CalibrateLens.ThePages*:CalibrateLens.AWrongSize*:CalibrateLens.CapturesOfAnother*
 // Slow: CalibrateLens.TheSameView*:CalibrateLens.BoardsParallel*:CalibrateLens.TheStage*
 // Rooms: calibration
-// tofgraph calibrate intrinsics from end to end, with simulated views, and what can be wrong with them.
+// tofgraph calibrate intrinsics from end to end, with simulated views, and with possible errors in them.
 #include "io/calibration.hpp"
 #include "tests/guide.hpp"
 
@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The simulated views of the page, once for all tests.
+/// The simulated views of the documentation page, created once for all tests.
 class CalibrateLens : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -39,7 +39,7 @@ class CalibrateLens : public ::testing::Test {
   }
   static fs::path path() { return folder_->path(); }
 
-  /// A campaign of some of the views. @param more at the end of the file
+  /// A campaign of some of the views. @param more text appended to the file
   static Outcome calibrate(const std::vector<std::string>& captures, const std::string& options,
                            const std::string& pattern = "columns: 8, rows: 6") {
     std::string text =

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Mistakes.BoardsThat*
 // Rooms: config calibration
-// Mistakes in a campaign that calibrate names: a rail of two targets before a camera of 24 x 24 px that is written out
-// here, with wiggling and an offset; one thing is written wrongly in each test.
+// Errors in a campaign that calibrate names: a rail with two targets in front of a camera of 24 x 24 px implemented
+// here, with wiggling and an offset; each test writes one thing wrongly.
 #include <hdf5.h>
 
 #include "calibration/calibrate.hpp"
@@ -25,10 +25,10 @@ namespace {
 constexpr std::size_t side = 24, pixels = side * side, frames = 2;
 constexpr double metres_per_radian = 7.4948114 / (2 * std::numbers::pi);
 
-/// Condition as seen by the camera, and as written.
+/// Condition as seen by the camera, and as written in the campaign.
 struct Board {
   std::string id, target;
-  double distance = 1, reflectivity = 0.85, time = 4e-3;  ///< m, -, s: the truth
+  double distance = 1, reflectivity = 0.85, time = 4e-3;  ///< m, -, s: true values
   double written_distance = 1, written_time = 4e-3;
   std::string written_target, capture, camera = "tiny", applied;
 };
@@ -111,7 +111,7 @@ class Mistakes : public testing::Test {
     for (const char* word : words) EXPECT_NE(said.find(word), std::string::npos) << word << "\n" << said;
   }
 
-  double full_ = 1e9;  ///< counts, where amplitudes end
+  double full_ = 1e9;  ///< counts, at which amplitudes saturate
   std::mt19937_64 random_{5};
   std::vector<Board> boards;
   TemporaryFolder folder;
@@ -196,7 +196,7 @@ TEST_F(Mistakes, SomeBoardsThatWereCorrectedAlready) {
 }
 
 TEST_F(Mistakes, ASaturatedSeries) {
-  full_ = 15000;  // a camera of decoded frames does not say that it was saturated
+  full_ = 15000;  // a camera that delivers decoded frames does not report saturation
   for (Board& b : boards) b.time = b.written_time = 10e-3;
   expect(calibrated(), {"usage: ", "condition 'white_750': the capture looks saturated"});
 }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Noise.ReadAndShot*:Noise.TheMask*:Noise.ALaw*
 // Rooms: calibration
-// The calibration noise against taps that are drawn here: electrons by Poisson's law, read noise by Gauss'.
+// The calibration noise, compared with random taps: Poisson-distributed electrons, Gaussian read noise.
 #include <hdf5.h>
 
 #include "tests/plain_boards.hpp"
@@ -25,8 +25,8 @@ constexpr std::size_t frames = 16;
 
 class Noise : public testing::Test {
  protected:
-  /// A tap's counts: what electrons and the converter make of a mean level. Set up once for each level, which takes as
-  /// long as some draws.
+  /// Random counts of a tap for a mean level, from electrons and the converter. Constructed once per level, since that
+  /// takes as long as several draws.
   class Tap {
    public:
     explicit Tap(double level) : level_(level), electrons_(level * electrons_per_count) {}
@@ -40,14 +40,14 @@ class Noise : public testing::Test {
     std::poisson_distribution<int> electrons_;
   };
 
-  /// Taps of a scene of one distance, brighter to the right: contrast 0.5, ambient light beside it.
-  /// @param more factor of the noise of all pixels
+  /// Taps of a scene at one distance, brighter to the right: contrast 0.5, plus ambient light.
+  /// @param more noise factor of all pixels
   void record(const std::string& name, double amplitude, double distance, const std::string& serial = {},
               double more_in_two_pixels = 1, double more = 1) {
     std::vector<std::uint16_t> taps;
     taps.reserve(frames * 8 * plain_pixels);
     std::normal_distribution<double> read(0, read_noise);
-    std::vector<std::vector<Tap>> images;  // of each exposure's tap: its columns, and the dark pixel behind them
+    std::vector<std::vector<Tap>> images;  // for each tap of each exposure: its columns, followed by the dark pixel
     for (std::size_t k = 0; k < 4; ++k) {
       const double phase = 2 * std::numbers::pi * distance / range + static_cast<double>(k) * std::numbers::pi / 2;
       for (const int sign : {1, -1}) {
@@ -110,13 +110,13 @@ TEST_F(Noise, ReadAndShotNoiseAreRightToTwoPercentAndSigmaToThreeAtEveryAmplitud
   EXPECT_NEAR(shot.value[0], 1 / electrons_per_count, 0.02 / electrons_per_count);
   std::printf("read noise %.4f of %.1f counts, shot noise %.5f of %.5f\n", read.value[0], read_noise, shot.value[0],
               1 / electrons_per_count);
-  // Three pixels are not like the others, and no fourth.
+  // Exactly three pixels deviate from the others.
   const std::vector<double> bad = raw_values<double>(folder.path() / "n.maps.h5", "bad");
   EXPECT_EQ(bad[stuck], 6) << "stuck, and another response";
   EXPECT_EQ(bad[dark], 4);
   EXPECT_EQ(bad[noisy], 1);
   EXPECT_EQ(std::ranges::count_if(bad, [](double b) { return b != 0; }), 3);
-  // What the decoder makes of it, against the scatter of distances that were decoded here.
+  // Noise after decoding, compared with the standard deviation of distances decoded here.
   for (std::size_t c = 0; c < amplitudes.size(); ++c) {
     const Outcome decoded = run("run \"capture_reader file=" + names[c] +
                                 " ! four_phase_decoder calibration=n.yaml modulation_frequency=20MHz ! capture_writer "
@@ -133,7 +133,7 @@ TEST_F(Noise, ReadAndShotNoiseAreRightToTwoPercentAndSigmaToThreeAtEveryAmplitud
           return static_cast<double>(taps[((f * 4 + k) * 2 + t) * plain_pixels + i]);
         };
         const auto sample = [&](std::size_t k) { return at(k, 0) - at(k, 1); };
-        const double turn = 2 * std::numbers::pi * 2 / range;  // about the true distance: nothing wraps
+        const double turn = 2 * std::numbers::pi * 2 / range;  // around the true distance, so that nothing wraps
         const double x = sample(0) - sample(2), y = sample(3) - sample(1);
         const double d = std::atan2(y * std::cos(turn) - x * std::sin(turn), x * std::cos(turn) + y * std::sin(turn));
         sum += d;
@@ -171,7 +171,7 @@ TEST_F(Noise, TheMaskFlagsWhatIsBad) {
 }
 
 // Light that flickers more in some conditions than in others: no law of the counts predicts the noise of a condition
-// from those of the others; the profile has their root mean square.
+// from the others; the profile contains the root mean square.
 TEST_F(Noise, ALawThatDoesNotPredictOtherConditionsIsNotWrittenUnlessForced) {
   std::vector<std::string> names;
   const double more[] = {1, 8, 1, 8};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The calibration response against taps that are drawn here, of a camera whose contrast and gain are not its profile's.
+// The calibration response, compared with random taps of a camera whose contrast and gain differ from its profile.
 #include <hdf5.h>
 
 #include "calibration/calibrate.hpp"
@@ -36,7 +36,7 @@ class Response : public testing::Test {
   }
   static bool is_dead(std::size_t pixel) { return pixel % 67 == 5; }
 
-  /// Both lamps' way by the board to the pixel, m: the lens 12.8 mm before the sensor, pixels of 330 um.
+  /// Path from both lamps via the board to the pixel, m: lens 12.8 mm before the sensor, pixels of 330 um.
   static double whole_path(double distance, std::size_t pixel) {
     constexpr double focal = 12.8e-3, pitch = 330e-6;
     const double x = (static_cast<double>(pixel % side) - 11.5) * pitch,
@@ -120,7 +120,7 @@ TEST_F(Response, ContrastGainAndDarkLevelAreRight) {
   EXPECT_NEAR(dark.value[0], truth.dark, 2);
   EXPECT_NE(result.summary.find("gain 6.3"), std::string::npos) << result.summary;
   EXPECT_NE(result.summary.find("the profile says 0.5"), std::string::npos) << result.summary;
-  // Each pixel's own contrast within its stated standard deviation; dead ones are not known.
+  // Each pixel's contrast is within its stated standard deviation; dead pixels are unknown.
   double squares = 0, count = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
     const double c = result.maps[0].values[i], sd = result.maps[1].values[i];

@@ -43,7 +43,7 @@ TEST_F(Calibrate, EveryCommandOfTheGuideWorks) {
     ASSERT_EQ(outcome.exit_code, 0) << block << outcome.err;
     said += outcome.err;
   }
-  // What the page says came out.
+  // The results stated in the page are obtained.
   EXPECT_NE(said.find("32.9 mm remain of 77.6 mm (95 %: 27.5 to 38.2 mm, 12 levels)"), std::string::npos) << said;
   EXPECT_NE(said.find("0.8 mm remain of 16.6 mm"), std::string::npos) << said;
   const auto board = nlohmann::json::parse(read_text(folder.path() / "out/board.json"));
@@ -58,7 +58,7 @@ TEST_F(Calibrate, WhatIsShippedIsWhatTheCommandMakes) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err << outcome.out;
 }
 
-/// The published boards at 2 m were seen in 5 to 19 ms: far from that nothing is known, least of all beyond all times.
+/// The published boards at 2 m were measured with 5 to 19 ms: other times are extrapolated.
 TEST_F(Calibrate, TimesFarFromTheCalibratedOnesAreExtrapolated) {
   const std::pair<const char*, bool> times[] = {{"50 us", false}, {"1 ms", false}, {"8 ms", true}, {"200 ms", false}};
   for (const auto& [time, known] : times) {
@@ -106,7 +106,7 @@ std::vector<double> column_of(const fs::path& file, const std::string& key, cons
   return reader.column(key, unit, 0, "{value: [1]}").value;
 }
 
-// Spreads of depths chosen so that the best times are known: 1 ms at 0.5 m, 2 ms at 1 m, 4 ms at 2 m.
+// Standard deviations of depths chosen so that the best times are known: 1 ms at 0.5 m, 2 ms at 1 m, 4 ms at 2 m.
 class IntegrationTime : public Calibrate {
  protected:
   IntegrationTime() {
@@ -131,7 +131,7 @@ TEST_F(IntegrationTime, BestTimesAreFoundWithThoseThatAreNearlyAsGood) {
   EXPECT_EQ(column_of(file, "longest", "s"), (std::vector<double>{1e-3, 4e-3, 4e-3})) << "4.1 mm is within 5 % of 4 mm";
   const std::vector<double> rmse = column_of(file, "rmse", "m");
   EXPECT_NEAR(rmse[0], 3e-3, 0.05 * 3e-3) << "distances spread a little more than depths";
-  // One for all: 2 ms and 4 ms both leave 9 mm, at other distances; 1 ms leaves 20 mm.
+  // One time for all: 2 ms and 4 ms both leave 9 mm, at different distances; 1 ms leaves 20 mm.
   EXPECT_NE(outcome.err.find("one integration time for all targets and distances (3): "), std::string::npos)
       << outcome.err;
   EXPECT_EQ(outcome.err.find("distances: 1 ms"), std::string::npos) << outcome.err;
@@ -148,8 +148,8 @@ TEST_F(IntegrationTime, ARangeAndAnAccuracyNarrowTheAdvice) {
   EXPECT_NE(none.err.find("2 of 3 targets and distances do not reach 3.5 mm"), std::string::npos) << none.err;
 }
 
-// Best times that jump between 1 and 64 ms from board to board: what the others predict is far off, and the middle of
-// the others is better.
+// Best times that jump between 1 and 64 ms from board to board: predictions from the others are far off, and the median
+// of the others is better.
 TEST_F(IntegrationTime, TimesThatDistancesDoNotPredictAreNotWrittenUnlessForced) {
   std::string rows = "target,distance,time,depth,sd\n";
   const int best[] = {8, 1, 64, 8, 1, 64, 8};  // ms

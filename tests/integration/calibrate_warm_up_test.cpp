@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: WarmUp.Uncertainties*:WarmUp.TheShipped*
 // Rooms: calibration
-// The calibration warm-up against drifts that are drawn here, and the means of table 3.1 of the reference.
+// The calibration warm-up, compared with simulated drifts, and with the means of table 3.1 of the reference.
 #include <hdf5.h>
 
 #include "tests/plain_boards.hpp"
@@ -29,7 +29,7 @@ double warm(double time, double tau) { return 1 - std::exp(-time / tau); }
 
 class WarmUp : public testing::Test {
  protected:
-  /// Makes a recording over hours: a board at 3 m, of which 12 x 12 pixels are used, a point in time every `pace`.
+  /// Writes a recording over hours: a board at 3 m, 12 x 12 pixels of which are used, one frame per `pace`.
   /// @returns mean over the window's pixels and all frames, m
   double record(const std::string& name, const Truth& truth, double end, double pace, double noise, double wander = 0,
                 bool knows_time = true) {
@@ -38,7 +38,7 @@ class WarmUp : public testing::Test {
     return record_at(name, truth, times, noise, wander, knows_time);
   }
 
-  /// The same at given times since power-on, s.
+  /// Same for given times since power-on, s.
   double record_at(const std::string& name, const Truth& truth, const std::vector<double>& times, double noise = 0,
                    double wander = 0, bool knows_time = true) {
     std::vector<std::vector<float>> images;
@@ -88,14 +88,14 @@ class WarmUp : public testing::Test {
 };
 
 TEST_F(WarmUp, EightHoursAtThreeIntegrationTimesGiveTheMeansOfTheTableAndTheTimeConstants) {
-  // Starts such that the mean over the 8 hours is table 3.1's: 2941.4, 3033.1 and 3096.7 mm.
+  // Start values for which the mean over the 8 hours is that of table 3.1: 2941.4, 3033.1 and 3096.7 mm.
   const std::array<double, 3> published = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm};
   std::array<Truth, 3> truths = {
       {{5e-3, 0, 2 * mm, 14 * minute}, {25e-3, 0, 9 * mm, 14 * minute}, {50e-3, 0, 16 * mm, 14 * minute}}};
   const std::array<double, 3> noise = {6 * mm, 2.5 * mm, 1.5 * mm};  // of a pixel in a frame
   std::vector<std::string> names;
   for (std::size_t k = 0; k < truths.size(); ++k) {
-    // The mean of 1 - e^(-t/tau) over the recording, by its integral.
+    // Mean of 1 - e^(-t/tau) over the recording, by its integral.
     const double end = 8 * hour, tau = truths[k].time_constant;
     truths[k].start = published[k] - truths[k].drift * (1 - tau / end * (1 - std::exp(-end / tau)));
     names.push_back("t" + std::to_string(k) + ".h5");
@@ -115,7 +115,7 @@ TEST_F(WarmUp, EightHoursAtThreeIntegrationTimesGiveTheMeansOfTheTableAndTheTime
     EXPECT_NEAR(drift.value[k], truths[k].drift, 4 * drift.sd[k]);
     EXPECT_NEAR(tau.value[k], 840, 4 * tau.sd[k]);
   }
-  for (std::size_t k = 1; k < 3; ++k)  // 2 mm are left of the drift; at 5 ms there is hardly more from the beginning
+  for (std::size_t k = 1; k < 3; ++k)  // until 2 mm of drift remain; at 5 ms the total drift is hardly more than that
     EXPECT_NEAR(settled.value[k] / (840 * std::log(truths[k].drift / (2 * mm))), 1, 0.06);
   EXPECT_NEAR(tau.value[1], 840, 0.05 * 840);
   EXPECT_NEAR(tau.value[2], 840, 0.05 * 840);
@@ -149,7 +149,7 @@ TEST_F(WarmUp, TheShippedCampaignAndModelGiveTable31) {
   const std::array<double, 3> mean = {2941.4 * mm, 3033.1 * mm, 3096.7 * mm}, sd = {6.6 * mm, 8.2 * mm, 4.8 * mm};
   const io::Calibrated means = column("mean", "m"), sds = column("sd", "m"), tau = column("time_constant", "s");
   ASSERT_EQ(means.value.size(), 3U);
-  // Of 53 mm (1 - e^(-t / 15 min)) over 8 h, evenly in time: the integral, the noise of the readings apart.
+  // Standard deviation of 53 mm (1 - e^(-t / 15 min)) over 8 h, uniform in time: the integral, without reading noise.
   const double drift = 53 * mm, share = 15.0 / 480, over_time = drift * std::sqrt(share / 2 - share * share);
   for (std::size_t k = 0; k < 3; ++k) {
     std::printf("mean %.2f mm (%.1f), sd %.2f mm (%.1f), time constant %.2f min\n", means.value[k] / mm, mean[k] / mm,
@@ -163,8 +163,8 @@ TEST_F(WarmUp, TheShippedCampaignAndModelGiveTable31) {
 }
 
 TEST_F(WarmUp, MeanAndDeviationAreOverTheTimeNotOverThePoints) {
-  // The same drift, every minute, and with nine points of ten in the first hour: means and deviations are the
-  // integrals.
+  // The same drift, sampled every minute, and with nine of ten points in the first hour: means and standard deviations
+  // are the time integrals.
   const Truth truth{10e-3, 3.0, 20 * mm, 15 * minute};
   const double end = 8 * hour, share = 15.0 / 480;
   const double mean = truth.start + truth.drift * (1 - share), sd = truth.drift * std::sqrt(share / 2 - share * share);
@@ -199,7 +199,7 @@ TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {
     const io::Calibrated time = column("point_time", "s"), rmse = column("point_rmse", "m"),
                          bias = column("point_bias", "m");
     ASSERT_EQ(time.value.size(), 48U);
-    // A mean over 144 pixels of one frame, at the point itself and at that of the correction.
+    // Means over 144 pixels of one frame, at the point itself and at the time of the correction.
     const double sd = noise / 12 * std::numbers::sqrt2;
     const double at = 30 + 10 * minute * std::round((corrected_at - 30) / (10 * minute));
     double least = 1;
@@ -218,7 +218,7 @@ TEST_F(WarmUp, TheErrorOfAFrameFallsInTheFirstHourAndRisesAfterFour) {
 TEST_F(WarmUp, TheMeanIsThatOfTheFourCentrePixelsOrOfAWindow) {
   record("a.h5", {10e-3, 3.05, 10 * mm, 12 * minute}, 2 * hour, 5 * minute, 4 * mm);
   const auto values = raw_values<float>(folder.path() / "a.h5", "/frames/distance");
-  // Over a square window and the time: the frames are evenly spaced, the first and the last stand for half as long.
+  // Mean over a square window and time: the frames are evenly spaced, the first and the last have half the weight.
   const auto mean_of = [&](std::size_t first, std::size_t last) {
     const std::size_t frames = values.size() / plain_pixels;
     double sum = 0, count = 0;
@@ -271,7 +271,7 @@ TEST_F(WarmUp, TooShortIsSaidWithTheLengthThatWouldDo) {
   const double wanted = std::stod(shorter.err.substr(at + 11)) * minute;
   EXPECT_GT(wanted, 12 * minute);
   EXPECT_LT(wanted, 3 * hour);
-  // The length that would do does.
+  // The recording length requested by the error message suffices.
   record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, std::max(wanted, 30 * minute), 10, 3 * mm);
   EXPECT_EQ(run("calibrate warm-up campaign.yaml -o w.yaml").exit_code, 0);
   EXPECT_NEAR(column("time_constant", "s").value[0], 900, 0.3 * 900);

@@ -4,7 +4,7 @@
 // Slow: CameraBackends.FaultsOf*:CameraBackends.FramesThat*:CameraBackends.GiveThe*:CameraBackends.NoTime*
 // Slow: CameraBackends.RecordingsKeep*:CameraBackends.TakeAnother*:CameraBackends.TheVendorsLibraryIsRefused*
 // Rooms: devices
-// All ways to a camera give the same frames; the vendor's way against a library of our own in its place.
+// All camera backends give the same frames; the vendor's backend is tested with a substitute library.
 #include "tests/camera_in_software.hpp"
 #include "tests/unit/raw_capture.hpp"
 
@@ -56,7 +56,7 @@ TEST_F(CameraBackends, GiveTheSameFramesBitForBit) {
     ways.emplace_back("usb",
                       with_software_camera("--rate 2 --frames dump.raw",
                                            "\"$TOFGRAPH\" run 'camcube:usb timeout=10s integration_time=\"1 ms\""));
-  // Slow enough for a busy computer: a live camera does not wait.
+  // Slow enough for a busy computer, since a live camera does not wait.
   for (const auto& [name, command] : ways) {
     const Outcome outcome = shell(command + " ! capture_writer path=" + name + ".h5' --frames 4", folder.path());
     ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
@@ -72,7 +72,7 @@ TEST_F(CameraBackends, GiveTheSameFramesBitForBit) {
   }
 }
 
-/// The images stay dark whatever the time is, so that the controller asks for more until the longest that there is.
+/// The images stay dark for any time, so that the controller increases the time up to the maximum.
 TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
   write_dump(file("dump.raw"), std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
   const std::string command =
@@ -84,7 +84,7 @@ TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
     ways.push_back(with_software_camera("--rate 20 --frames dump.raw", command + "camcube:usb"));
   for (const std::string& way : ways) {
     const Outcome outcome = shell(way, folder.path());
-    ASSERT_LE(outcome.exit_code, 1) << way << outcome.err;  // 1: a busy computer lost frames, and says so
+    ASSERT_LE(outcome.exit_code, 1) << way << outcome.err;  // 1: a busy computer lost frames and reports it
     const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
     ASSERT_FALSE(times.empty()) << outcome.err;
     EXPECT_DOUBLE_EQ(times.front(), 1e-3) << way;
@@ -93,7 +93,7 @@ TEST_F(CameraBackends, TakeAnotherIntegrationTimeBetweenFrames) {
   }
 }
 
-/// The stand-in has times in steps of 10 us: the controller takes what is nearest, and the run goes on.
+/// The substitute library has times in steps of 10 us: the controller takes the nearest one, and the run continues.
 TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
   const auto brighter = [&](std::uint16_t a) {
     std::vector<std::uint16_t> taps(8U * 204 * 204, 0);
@@ -108,12 +108,12 @@ TEST_F(CameraBackends, TakeTheNearestTimeThatTheCameraHas) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto times = raw_values<double>(file("a.h5"), "/frames/integration_time_s");
   ASSERT_EQ(times.size(), 20U);
-  // sqrt(1000 * 8000) / 617 = 4.5842: the images stay as they are, so that it goes on from there to the longest.
+  // sqrt(1000 * 8000) / 617 = 4.5842: the images do not change, so that it continues from there to the maximum.
   EXPECT_EQ(std::count_if(times.begin(), times.end(), [](double t) { return std::abs(t - 4.58e-3) < 1e-9; }) > 0, true);
   EXPECT_DOUBLE_EQ(times.back(), 50e-3);
 }
 
-/// A computer that stands still for a second: what the camera's own queue had no place for is not in the recording.
+/// A computer that stalls for a second: frames dropped from the camera's own queue are missing in the recording.
 TEST_F(CameraBackends, FramesThatMadeRoomAreCountedAsLost) {
   const Outcome outcome =
       shell("PMD_STAND_IN_RATE=80 \"$TOFGRAPH\" record --camera camcube:pmdsdk --set library=" + stand_in +
@@ -137,7 +137,7 @@ TEST_F(CameraBackends, TheVendorsLibraryIsFoundBelowItsFolder) {
                               "--frames 3");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("serial 4711"), HasSubstr("not verified on hardware")));
-  // What the vendor's software would correct is switched off before anything else.
+  // The corrections of the vendor's software are switched off first.
   EXPECT_EQ(read_text(file("log.txt")),
             "open " + file("sdk/plugins/camcube3.L64.pap").string() +
                 " camcubeproc\nSetFPNCalibration Off\nSetLensCalibration Off\n"
@@ -161,7 +161,7 @@ TEST_F(CameraBackends, TheVendorsImagesComeWithOurFlags) {
   const auto distance = raw_values<float>(file("a.h5"), "/frames/distance"),
              amplitude = raw_values<float>(file("a.h5"), "/frames/amplitude");
   const auto flags = raw_values<std::uint16_t>(file("a.h5"), "/frames/flags");
-  for (std::size_t i = 0; i < 204 * 204; ++i) {  // as the stand-in makes them: of its 32 flags we know four
+  for (std::size_t i = 0; i < 204 * 204; ++i) {  // generated by the substitute: 4 of its 32 flags are known
     ASSERT_EQ(flags[i], i & 15U);
     ASSERT_EQ(std::isnan(distance[i]), (i & 1U) != 0);
     ASSERT_FLOAT_EQ(amplitude[i], 0.5F * static_cast<float>(i));
@@ -225,7 +225,7 @@ TEST_F(CameraBackends, FaultsOfTheVendorsCamera) {
     EXPECT_EQ(outcome.exit_code, 1) << environment;
     EXPECT_THAT(outcome.err, HasSubstr(text)) << environment;
   }
-  // A call that never comes back is waited for, and no second camera is opened beside it.
+  // The program waits for a call that never returns, and opens no second camera meanwhile.
   const Outcome stuck =
       shell("PMD_STAND_IN_FAULT=block PMD_STAND_IN_LOG=stuck.txt \"$TOFGRAPH\" run '" + camera +
                 " reconnect=true timeout=\"0.2 s\" ! null' & pid=$!; sleep 4; kill -TERM $pid; wait $pid",
@@ -259,13 +259,13 @@ TEST_F(CameraBackends, RecordingsKeepTheirPace) {
   EXPECT_EQ(json_in(file("stats.json"))["edges"][0]["policy"], "drop_oldest");
   const double fast = seconds("replay:sim.h5 loop=true pace=fast", "--frames 41");
   EXPECT_LT(fast, sanitized ? 60 : paced);
-  EXPECT_EQ(json_in(file("stats.json"))["edges"][0]["policy"], "block");  // a file waits
+  EXPECT_EQ(json_in(file("stats.json"))["edges"][0]["policy"], "block");  // a file can wait
   EXPECT_EQ(json_in(file("audit.json"))["frames"], 41);
   seconds("replay:sim.h5", "");
-  EXPECT_EQ(json_in(file("audit.json"))["frames"], 4);  // once, and the end
+  EXPECT_EQ(json_in(file("audit.json"))["frames"], 4);  // once, then the end
 }
 
-/// Nobody vouches for what is recorded: clocks are set back, and files are damaged.
+/// Recorded time stamps are unreliable: clocks are set back, and files are damaged.
 TEST_F(CameraBackends, NoTimeStampMakesAReplayWait) {
   write_text(file("scene.yaml"), scene);
   ASSERT_EQ(shell("\"$TOFGRAPH\" simulate scene.yaml -o sim.h5", folder.path()).exit_code, 0);
@@ -297,7 +297,7 @@ TEST_F(CameraBackends, TheSimulatedCameraHonoursItsSettings) {
   EXPECT_EQ(raw_values<double>(file("a.h5"), "/frames/integration_time_s"), std::vector<double>(9, 2e-3));
   const auto times = raw_values<std::int64_t>(file("a.h5"), "/frames/timestamp_ns");
   for (std::size_t i = 1; i < times.size(); ++i) EXPECT_EQ(times[i] - times[i - 1], 50'000'000);
-  // Twice the time, twice the light: the board is the same.
+  // Twice the time gives twice the light: the board is the same.
   ASSERT_EQ(run("", "simulated:scene.yaml ! capture_writer path=b.h5", "--frames 1").exit_code, 0);
   const auto mean = [&](const char* name) {
     const auto taps = raw_values<std::uint16_t>(file(name), "/frames/taps");

@@ -5,7 +5,7 @@
 // Slow: UsbCamera.DoesNot*:UsbCamera.GivesEvery*:UsbCamera.GivesPoints*:UsbCamera.IsAsked*:UsbCamera.IsChosen*
 // Slow: UsbCamera.TakesAnother*:UsbCamera.ThatCannot*
 // Rooms: devices
-// The program with the real libusb before a camera in software: what it reads, and what it says when the camera fails.
+// The program with the real libusb and a software camera: the frames it reads, and its messages when the camera fails.
 #include "tests/camera_in_software.hpp"
 
 #include <gmock/gmock.h>
@@ -27,7 +27,7 @@ class UsbCamera : public testing::Test {
   Outcome run(const std::string& options, const std::string& command) const {
     return shell(with_software_camera("--frames dump.raw --report report.json " + options, command), folder.path());
   }
-  /// A run into the sink that audits the stream.
+  /// Runs the camera into the sink that audits the stream.
   Outcome audited(const std::string& options, const std::string& parameters, const std::string& more = "") const {
     return run(options, "\"$TOFGRAPH\" run 'camcube:usb " + parameters +
                             " ! frame_audit dump=dump.raw path=audit.json' " + more);
@@ -52,7 +52,7 @@ TEST_F(UsbCamera, GivesEveryFrameOnceAndAsItIs) {
   if (sanitized) return;  // too slow to keep up
   std::printf("lost %s of 400 frames, %s of them in the camera\n", found["lost"].dump().c_str(),
               sent["frames_overrun"].dump().c_str());
-  // A camera that is not asked for 25 ms loses frames itself: on a busy computer that happens.
+  // A camera that is not polled for 25 ms loses frames itself: this happens on a busy computer.
   EXPECT_LE(found["lost"], sent["frames_overrun"].get<int>() + dropped);
   const double grown = found["memory_at_the_end"].get<double>() - found["memory_after_200_frames"].get<double>();
   EXPECT_LT(grown, 10e6);  // a frame is 0.7 MB
@@ -133,10 +133,10 @@ TEST_P(UsbCameraFault, EndsTheRunInOrder) {
   const double end = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr(GetParam().text));
-  const nlohmann::json found = audit();  // what came before is complete
+  const nlohmann::json found = audit();  // everything before it is complete
   EXPECT_THAT(outcome.err, HasSubstr("node 'camcube' (camcube), frame " + found["frames"].dump()));
   EXPECT_EQ(found["wrong"], 0);
-  EXPECT_GE(found["frames"], sanitized ? 1 : 19);  // a slow computer lets the camera lose some
+  EXPECT_GE(found["frames"], sanitized ? 1 : 19);  // on a slow computer the camera loses some
   const double seconds = end - report()["fault_unix_s"].get<double>();
   std::printf("%s: the program had ended %.2f s after the fault\n", GetParam().name, seconds);
   EXPECT_LT(seconds, patience.count());
@@ -147,7 +147,7 @@ TEST_P(UsbCameraFault, LeavesAGapInTheCounterWhereTheRunGoesOn) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr(GetParam().text));
   const nlohmann::json found = audit();
-  const int dropped = json_in(folder.path() / "stats.json")["dropped"];  // before a sink that got no time
+  const int dropped = json_in(folder.path() / "stats.json")["dropped"];  // at a sink that got no processor time
   EXPECT_EQ(found["frames"].get<int>() + dropped, 80);
   EXPECT_EQ(found["doubled"], 0);
   const std::string name = GetParam().name;
@@ -155,9 +155,9 @@ TEST_P(UsbCameraFault, LeavesAGapInTheCounterWhereTheRunGoesOn) {
   EXPECT_GE(found["lost"], 1);
   if (sanitized) return;
   if (name == "unplug") {
-    EXPECT_GE(found["lost"], 24);  // 0.3 s at 80 frames/s, and the time to find it again
+    EXPECT_GE(found["lost"], 24);  // 0.3 s at 80 frames/s, plus the time to find it again
   } else if (name != "silent") {
-    // What the camera itself could not keep, as the computer was busy, is counted there.
+    // The report counts the frames that the camera itself lost because the computer was busy.
     EXPECT_LE(found["lost"], 1 + report()["frames_overrun"].get<int>() + dropped);
     EXPECT_EQ(found["wrong"], 0);
   }
@@ -176,7 +176,7 @@ INSTANTIATE_TEST_SUITE_P(Each, UsbCameraFault,
                                          FaultCase{"babble", "more than an image at once"}),
                          [](const auto& fault) { return std::string(fault.param.name); });
 
-/// The time is changed from the thread that reads while the transport's own clears a stall.
+/// The time is changed by the reading thread while the transport's thread clears a stall.
 TEST_F(UsbCamera, TakesAnotherTimeWhileItStalls) {
   write_dump(folder.path() / "dump.raw", std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
   for (const char* at : {"1", "2", "4"}) {
@@ -191,7 +191,7 @@ TEST_F(UsbCamera, TakesAnotherTimeWhileItStalls) {
   }
 }
 
-/// The command has two bytes for the time: beyond 65 ms nothing is asked for, and a reopened camera has the last time.
+/// The command has two bytes for the time: times beyond 65 ms are not sent; a reopened camera gets the last time.
 TEST_F(UsbCamera, IsAskedForNoTimeThatItsCommandCannotSay) {
   write_dump(folder.path() / "dump.raw", std::vector<std::uint16_t>(8U * 204 * 204, 100), 204 * 204);
   std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
@@ -274,7 +274,7 @@ TEST_F(UsbCamera, DoesNotWaitForASlowSink) {
   EXPECT_GE(found["last"], 155);  // the newest were kept
   if (sanitized) return;
   EXPECT_EQ(found["frames"].get<int>() + stats["dropped"].get<int>(), 160);
-  EXPECT_LT(found["latency_median_s"], 1.0);  // what waits is bounded: four frames, and those under way
+  EXPECT_LT(found["latency_median_s"], 1.0);  // queued frames are bounded: four, plus those in progress
 }
 
 TEST_F(UsbCamera, GivesPointsBeforeTheNextFrameIsThere) {
@@ -287,7 +287,7 @@ TEST_F(UsbCamera, GivesPointsBeforeTheNextFrameIsThere) {
   std::printf("last byte to points: median %.2f ms, 99 %% %.2f ms\n", median * 1e3,
               found["latency_p99_s"].get<double>() * 1e3);
   if (sanitized) return;
-  EXPECT_LT(median, 1 / 80.0);  // 2 ms on a computer that does nothing else
+  EXPECT_LT(median, 1 / 80.0);  // 2 ms on an otherwise idle computer
 }
 
 }  // namespace

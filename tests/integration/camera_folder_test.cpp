@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One folder per camera: made, filled, taken by a pipeline, moved, damaged.
+// One folder per camera: created, filled, used by a pipeline, moved, damaged.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 #include <nlohmann/json.hpp>
@@ -23,7 +23,7 @@ const std::string lens =
     "  focal_length: {value: [32.5 px, 32.5 px]}\n  principal_point: {value: [7.5 px, 5.5 px]}\n"
     "  distortion: {value: [0, 0, 0, 0, 0]}\n";
 
-/// An offset calibration of boards that were measured too far by a constant. @param settings more of them
+/// An offset calibration of boards measured too far by a constant. @param settings additional settings
 std::string offset_of(double constant_mm, const std::string& settings = "") {
   std::ostringstream target, distance, depth, time;
   for (int i = 0; i < 6; ++i) {
@@ -42,7 +42,7 @@ std::string offset_of(double constant_mm, const std::string& settings = "") {
          "]}\n  reflectivity: {value: [0.5, 0.5, 0.5, 0.5, 0.5, 0.5]}\n";
 }
 
-/// A calibration of a warm-up with its model beside it, as calibrate writes them.
+/// A warm-up calibration with its model beside it, as calibrate writes them.
 void write_warm_up(const std::filesystem::path& file, const std::string& drift) {
   write_text(file, "calibration: 1\nkind: warm-up\ncamera: small\nserial: S1\ninputs: []\nsettings: {}\nvalues: {}\n");
   write_text(std::filesystem::path(file).replace_extension(".model.yaml"),
@@ -116,7 +116,7 @@ TEST_F(CameraFolder, AConstantThatOffsetAndModelBothKnowIsTakenOutOnce) {
   EXPECT_NEAR(depth(), 1.5, 1e-3);
   EXPECT_THAT(add("offset.yaml"), HasSubstr("zero_offset: left out of the model, since the offset calibration"));
   EXPECT_NEAR(depth(), 1.5, 1e-3);
-  // An offset calibration of boards that had the model undone complements the model.
+  // An offset calibration of boards corrected by the model complements the model.
   write_text(path("after.yaml"), offset_of(0, ", applied: [model_correction]"));
   EXPECT_THAT(add("after.yaml --force"), Not(HasSubstr("zero_offset")));
   EXPECT_NEAR(depth(), 1.5, 1e-3);
@@ -125,14 +125,14 @@ TEST_F(CameraFolder, AConstantThatOffsetAndModelBothKnowIsTakenOutOnce) {
 TEST_F(CameraFolder, AWarmUpThatModelAndCalibrationBothKnowIsTakenOutOnce) {
   record({.time_since_power_on = 36000});
   write_warm_up(path("warm.yaml"), "10 mm");
-  // Of a warm camera the model's constants sum to 8 + 20 mm, whichever drift is used.
+  // For a warm camera the model's constants sum to 8 + 20 mm, whichever drift is used.
   write_text(path("model.yaml"),
              "model: 1\ncamera: small\neffects:\n  - {effect: zero_offset, offset: 8 mm}\n"
              "  - {effect: warm_up, drift: 20 mm, time_constant: 300 s}\n");
   const std::string notes = add("model.yaml warm.yaml");
   EXPECT_THAT(notes, AllOf(HasSubstr("warm_up: that of the warm-up calibration is used"), HasSubstr("+10.00 mm")));
   EXPECT_NEAR(depth(), 1.5, 1e-3);
-  record({.time_since_power_on = 0});  // 10 mm of drift are still to come
+  record({.time_since_power_on = 0});  // 10 mm of drift remain
   EXPECT_NEAR(depth(), 1.5 + 10e-3, 1e-3);
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: calibration simulation report plugins cli
-// Every command of docs/calibrate_a_camera.md; what each calibration brought, as the page's table says.
+// Every command of docs/calibrate_a_camera.md; result of each calibration as stated in the page's table.
 #include "tests/guide.hpp"
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* page = TOFGRAPH_SOURCE_DIR "/docs/calibrate_a_camera.md";
 
-/// The numbers of a row of the page's table, mm.
+/// Numbers of a row of the page's table, mm.
 struct Row {
   std::string step;
   std::array<double, 5> values{};  ///< mean bias, worst bias, flatness, noise, bias of the cold camera
@@ -42,7 +42,7 @@ std::vector<Row> rows_of_page() {
   return rows;
 }
 
-/// Errors by `evaluate` on the surfaces that no calibration used.
+/// Errors from `evaluate` on the surfaces that no calibration used.
 std::array<double, 5> judged(const fs::path& evaluation) {
   const nlohmann::json result = nlohmann::json::parse(read_text(evaluation));
   double bias = 0, worst = 0, flatness = 0, noise = 0, cold = NAN, n = 0;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CampaignRun.EveryCondition*:CampaignRun.ResultsAreNot*
 // Rooms: cli calibration simulation plugins
-// A pipeline over a campaign, and its depths against the known planes.
+// A pipeline run over a campaign; its depths are compared with the known planes.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 #include <nlohmann/json.hpp>
@@ -78,14 +78,14 @@ TEST_F(CampaignRun, EveryConditionHasItsResultsAndIsEvaluatedAgainstItsPlane) {
   EXPECT_TRUE(std::filesystem::exists(path("accuracy/evaluation.html")));
   const json result = evaluation("accuracy");
   ASSERT_EQ(result["conditions"].size(), 2U);
-  // A pixel's mean over 30 frames is known to 0.55 mm, that of 192 pixels to 0.04 mm.
+  // The standard error of a pixel's mean over 30 frames is 0.55 mm, that of 192 pixels 0.04 mm.
   for (const json& condition : result["conditions"]) {
     EXPECT_EQ(condition["channel"], "depth");
     EXPECT_NEAR(condition["bias"], 0, 0.2e-3) << condition["id"];
     EXPECT_NEAR(condition["noise"].get<double>(), noise, 0.1 * noise) << condition["id"];
     EXPECT_LT(condition["flatness"], 0.3e-3) << condition["id"];
   }
-  // The half path is 12 mm too long; the depth is that times the cosine of the ray, which is 0.96 at the corner.
+  // The half path is 12 mm too long; the depth error is that times the cosine of the ray, which is 0.96 at the corner.
   const json& before = result["before"]["all"];
   EXPECT_GT(before["bias"], 0.96 * constant);
   EXPECT_LT(before["bias"], 1.01 * constant);

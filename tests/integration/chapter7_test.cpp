@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: plugins
-// The denoising experiments of chapter 7 of the reference, as they are shipped.
+// The shipped denoising experiments of chapter 7 of the reference.
 #include "tests/program.hpp"
 
 #include <cmath>
@@ -57,7 +57,7 @@ TEST_F(Chapter7, GaussianNoiseOf10MillimetresIsReducedInTheOrderOfTheReference) 
   const auto rms = errors("gaussian_noise.csv");
   ASSERT_EQ(rms.size(), 5U);
   EXPECT_LT(rms.at("ideal"), 1e-6);
-  // The deviation of the deviation of 41616 values of 10 mm is 0.035 mm.
+  // The standard error of the standard deviation of 41616 values of 10 mm is 0.035 mm.
   EXPECT_NEAR(rms.at("noisy"), 10e-3, 4 * 0.035e-3);
   EXPECT_LT(rms.at("yaroslavsky"), 0.5 * rms.at("noisy"));
   EXPECT_LT(rms.at("bilateral"), 0.5 * rms.at("noisy"));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What `check` finds that depends on more than one file, and what it must not find fault with.
+// Findings of `check` that depend on more than one file, and valid input that it must accept.
 #include <gtest/gtest.h>
 
 #include "io/captures/capture.hpp"
@@ -57,7 +57,7 @@ TEST_F(Check, ACameraIsTheSameByNameAndByPath) {
   EXPECT_EQ(simulated.err.find("warning"), std::string::npos) << simulated.err;
 }
 
-/// A recording of another program says by which stage its distances were corrected, and nothing else.
+/// A recording of another program states only the stage that corrected its distances.
 TEST_F(Check, ARecordedCorrectionIsNotAppliedAgain) {
   io::CaptureHeader header;
   header.camera = "camcube2";
@@ -102,7 +102,7 @@ std::size_t count(const std::string& text, const std::string& words) {
   return times;
 }
 
-/// The campaign says 2 ms of each; a recorder that writes the same into all its files is not asked.
+/// The campaign states 2 ms for each; a recorder that writes the same value into all its files is ignored.
 TEST_F(Check, SaysWhereACaptureHasAnotherIntegrationTime) {
   std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
   for (const std::string id : {"a", "b", "c"})

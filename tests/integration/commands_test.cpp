@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Files.SimulateSays*:Terminal.ABarEnds*:Terminal.ABarIs*:Terminal.ABarNever*:Terminal.WhatThe*
 // Rooms: graph cli
-// The command line itself: its help, its guesses, what it says on a terminal and what it says of files.
+// The command line itself: its help, its suggestions, its output on a terminal and its messages about files.
 #include "cli/progress.hpp"
 #include "graph/plugin.hpp"
 #include "tests/program.hpp"
@@ -22,7 +22,7 @@ namespace {
 const char* const commands[] = {"run",      "check",   "explain", "list",    "describe",
                                 "simulate", "gallery", "info",    "diagnose"};
 
-/// Output of a child on its own terminal.
+/// Output of a child process on its own terminal.
 std::string printed(const std::function<void()>& child, unsigned short columns = 120) {
   int terminal = -1;
   const winsize size{24, columns, 0, 0};
@@ -39,7 +39,7 @@ std::string printed(const std::function<void()>& child, unsigned short columns =
   return text;
 }
 
-/// The same of a command line.
+/// Same for a command line.
 std::string on_a_terminal(const std::string& command, const std::filesystem::path& folder,
                           unsigned short columns = 120) {
   const std::string line = "cd '" + folder.string() +
@@ -120,7 +120,7 @@ TEST(Commands, CamerasAreComparedAsInTables11And12OfTheReference) {
     while (std::getline(lines, line) && !line.starts_with(camera + " ")) {
     }
     for (const std::string& word : words) EXPECT_TRUE(has(line, word)) << camera << ": " << line;
-    // Each can be simulated: the optimized model finds the board where it stands.
+    // Each camera can be simulated: the optimized model measures the true distance of the board.
     const Outcome run = shell(
         "\"$TOFGRAPH\" run \"simulator noise=none distance='1 m' ! four_phase_decoder ! "
         "optimized_bistatic ! statistics\" --camera " +
@@ -172,7 +172,7 @@ TEST(Files, OfAFormerRunDoNotCount) {
   EXPECT_TRUE(has(failing.err, "wrote 2 files: c_0.csv ... c.notes.txt\n")) << failing.err;
 }
 
-/// Also with --force: a pipeline, scene or model is nobody's to replace.
+/// Also with --force: pipelines, scenes and models are never overwritten.
 TEST(Files, InputsAreNeverReplaced) {
   const TemporaryFolder folder;
   const std::string pipeline =
@@ -273,7 +273,7 @@ TEST(Terminal, ABarNeverGoesBack) {
   EXPECT_TRUE(said.ends_with(" left\r\n")) << said;
 }
 
-/// Modules, the graph and the program share one terminal: what any of them says takes the bar's line.
+/// Modules, the graph and the program share one terminal: a message of any of them replaces the progress bar's line.
 TEST(Terminal, WhatTheGraphSaysTakesTheBarsLine) {
   const TemporaryFolder cache;
   const std::string said = printed([&] {

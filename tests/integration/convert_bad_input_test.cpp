@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: ConvertBadInput.*
 // Rooms: foreign plugins
-// Files that are damaged, hostile, or hold something else than images of the camera.
+// Files that are damaged, malicious, or contain something other than images of the camera.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -58,7 +58,7 @@ np.savez("objects.npz", a=np.array([[{}]], dtype=object))
   EXPECT_THAT(convert("objects.npz --as amplitude").err, HasSubstr("holds elements of type '|O'"));
   if (!python("import scipy.io\nscipy.io.savemat('text.mat', {'name': 'hello'})\n")) return;
   EXPECT_THAT(convert("text.mat --as amplitude").err, HasSubstr("no variable that is an array of real numbers"));
-  // The list of sizes of a variable, said to be 4 GB long.
+  // The dimensions list of a variable, with a declared size of 4 GB.
   std::string matlab = read_text(path("text.mat"));
   matlab.replace(128 + 8 + 16 + 4, 4, "\xf4\xff\xff\xff");
   write_text(path("text.mat"), matlab);
@@ -104,13 +104,13 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
       EXPECT_THAT(outcome.err, HasSubstr("error: "));
     }
   }
-  // A flipped byte of an archive that is not compressed: only its checksum knows.
+  // A flipped byte in an uncompressed archive: detectable only by its checksum.
   ASSERT_TRUE(python("np.savez('s.npz', a=np.ones((5, 6, 8), 'f4'))\n"));
   std::string stored_archive = read_text(path("s.npz"));
   stored_archive[stored_archive.size() / 2] ^= 4;
   write_text(path("s.npz"), stored_archive);
   EXPECT_THAT(convert("s.npz --as amplitude=a").err, HasSubstr("damaged archive"));
-  // Of an archive that is whole, but cannot be read, the cause is stated.
+  // For an intact archive that cannot be read, the cause is stated.
   const std::pair<int, const char*> unreadable[] = {{6, "encrypted"}, {8, "compression"}};
   for (const auto& [offset, words] : unreadable) {
     ASSERT_TRUE(python("np.savez('u.npz', a=np.ones((5, 6, 8), 'f4'))\n"));
@@ -121,19 +121,19 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
     write_text(path("u.npz"), archive);
     EXPECT_THAT(convert("u.npz --as amplitude=a").err, testing::AllOf(HasSubstr(words), Not(HasSubstr("damaged"))));
   }
-  // A member outside of the archive's folder is an array like any other: nothing is unpacked.
+  // A member with a path outside the archive's folder is an ordinary array: nothing is unpacked.
   ASSERT_TRUE(
       python("import zipfile\nnp.save('b.npy', np.ones((6, 8)))\nz = zipfile.ZipFile('p.npz', 'w')\n"
              "z.write('b.npy', '../../b.npy')\nz.close()\n"));
   EXPECT_EQ(convert("p.npz --as amplitude").exit_code, 0);
-  // A megabyte that would become a gigabyte.
+  // A megabyte that would expand to a gigabyte.
   ASSERT_TRUE(python(
       "import zipfile\nwith zipfile.ZipFile('bomb.npz', 'w', zipfile.ZIP_DEFLATED) as z:\n"
       "  with z.open('a.npy', 'w') as f:\n"
       "    np.lib.format.write_array_header_1_0(f, dict(descr='|u1', fortran_order=False, shape=(2**25, 6, 8)))\n"
       "    for _ in range(48): f.write(bytes(2**25))\n"));
   EXPECT_THAT(convert("bomb.npz --as amplitude").err, HasSubstr("no measurement compresses so far"));
-  // Pictures that their decoder would accept.
+  // Images that their decoder would accept.
   std::vector<cv::Mat> pages(3, cv::Mat(6, 8, CV_32F, cv::Scalar(1)));
   cv::imwritemulti(path("p.tiff").string(), pages);
   const std::string tiff = read_text(path("p.tiff"));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: io cli
-// Camera files of other programs as profiles. OpenCV writes its own; the others are in their makers' layouts.
+// Camera files of other programs converted to profiles. OpenCV writes its own; the others use the vendors' layouts.
 #include <gmock/gmock.h>
 
 #include "io/profile.hpp"
@@ -92,7 +92,7 @@ TEST_F(ConvertCamera, RosRealSenseAndMrcal) {
               {-0.012, 0.035, -0.001, 0.002, 0.019, 0.014, -0.056, 0.050});
 }
 
-/// A published calibration, and what the maker's library gives for the mode of 640 x 576 px.
+/// A published calibration, and the result of the vendor's library for the mode of 640 x 576 px.
 constexpr const char* azure = R"({"CalibrationInformation":{"Cameras":[
  {"Purpose":"CALIBRATION_CameraPurposePhotoVideo","Intrinsics":{"ModelParameters":[0.5,0.5,0.5,0.5]}},
  {"Intrinsics":{"ModelParameterCount":14,"ModelParameters":[0.5122697949409485,0.49451231956481934,0.4921168386936188,
@@ -140,7 +140,7 @@ TEST_F(ConvertCamera, FisheyesOfRosAndLibrealsense) {
   const std::string realsense =
       "{\"width\":848,\"height\":800,\"ppx\":421.2,\"ppy\":398.5,\"fx\":286.1,\"fy\":286.3,"
       "\"model\":\"Kannala Brandt4\",\"coeffs\":[-0.0087,0.046,-0.0435,0.0081,0]}";
-  const std::string opencv =  // as its calibration program writes it
+  const std::string opencv =  // as written by its calibration program
       "%YAML:1.0\n---\nimage_width: 848\nimage_height: 800\nfisheye_model: 1\n"
       "camera_matrix: {rows: 3, cols: 3, dt: d, data: [286.1, 0, 421.2, 0, 286.3, 398.5, 0, 0, 1]}\n"
       "distortion_coefficients: {rows: 4, cols: 1, dt: d, data: [-0.0087, 0.046, -0.0435, 0.0081]}\n";

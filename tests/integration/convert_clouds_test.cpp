@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: foreign plugins
-// Clouds that PCL or the test itself wrote byte by byte, as captures.
+// Clouds written by PCL, or byte by byte by the test, converted to captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 #include <pcl/io/pcd_io.h>
@@ -22,7 +22,7 @@ namespace {
 
 using Points = std::vector<float>;  // x y z of each pixel
 
-/// A slanted plane in the pixels of the small camera; pixel 11 has no point.
+/// A slanted plane sampled at the pixels of the small camera; pixel 11 has no point.
 Points plane_points() {
   Points points;
   for (std::size_t i = 0; i < small_pixels; ++i) {
@@ -35,7 +35,7 @@ Points plane_points() {
 
 class ConvertClouds : public SmallConversion {
  protected:
-  /// The capture's points are these, bit for bit, and where there are none the flag says so.
+  /// Expects exactly these points in the capture, bit for bit, with the flag set where there is none.
   void expect_points(const Points& expected, const std::string& what) const {
     const Points points = frames<float>("points");
     const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
@@ -118,7 +118,7 @@ TEST_F(ConvertClouds, PointsInNoOrderGetThePixelsInWhichTheyAreSeen) {
     EXPECT_TRUE(i == 11 ? std::isnan(amplitude[i]) : amplitude[i] == static_cast<float>(i)) << i;
   EXPECT_THAT(convert("scattered.pcd --as amplitude=intensity").err,
               HasSubstr("belongs to points in no order: read these as well"));
-  // A second, farther point in the same pixel is hidden; one behind the camera and one beside the image are not seen.
+  // A second, farther point in the same pixel is hidden; points behind the camera or outside the image are invisible.
   Points more = expected;
   std::vector<std::size_t> longer = order;
   for (const float scale : {1.5F, -1.0F}) {
@@ -132,7 +132,7 @@ TEST_F(ConvertClouds, PointsInNoOrderGetThePixelsInWhichTheyAreSeen) {
   expect_points(expected, "more");
 }
 
-/// A PLY file with x y z as float32 and a list of faces behind them.
+/// A PLY file with x y z as float32, followed by a list of faces.
 std::string ply_of(const Points& points, const std::vector<std::size_t>& order, const std::string& format) {
   std::string text = "ply\nformat " + format + " 1.0\ncomment by a test\nelement vertex " +
                      std::to_string(order.size()) + "\nproperty float x\nproperty float y\nproperty float z\n" +

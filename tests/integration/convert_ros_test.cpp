@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: ConvertRos.Bags*:ConvertRos.Mcap*
 // Rooms: foreign plugins
-// Recordings that ROS's own rosbag and the reference implementation of MCAP wrote, as captures.
+// Recordings written by ROS's rosbag and by the reference implementation of MCAP, converted to captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -27,14 +27,14 @@ class ConvertRos : public testing::Test {
   template <class T> std::vector<T> frames(const std::string& channel) const {
     return raw_values<T>(path("out.h5"), "/frames/" + channel);
   }
-  /// Runs a script of Debian's Python. @returns whether its packages are installed
+  /// Runs a script with Debian's Python. @returns false if its packages are not installed
   bool python(const std::string& script) const {
     write_text(path("write.py"), script);
     const Outcome outcome = shell("/usr/bin/python3 write.py", folder_.path());
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.err.find("ModuleNotFoundError") != std::string::npos) << outcome.err;
     return outcome.exit_code == 0;
   }
-  /// Runs a script of Node. NODE_PATH has to name a folder with @mcap/core and @foxglove/rosmsg2-serialization.
+  /// Runs a script with Node. NODE_PATH must name a folder with @mcap/core and @foxglove/rosmsg2-serialization.
   bool node(const std::string& script) const {
     write_text(path("write.js"), script);
     const Outcome outcome = shell("node write.js", folder_.path());
@@ -119,7 +119,7 @@ TEST_F(ConvertRos, BagsInEitherByteOrderAndEveryCompressionAreReadBitForBit) {
     expect_images(name);
     expect_camera(name);
   }
-  // Clouds of different numbers of points. The lens distorts, so the profile of the pinhole that made them is given.
+  // Clouds with varying numbers of points. The lens distorts, so the profile of the pinhole camera is given.
   write_text(path("pinhole.yaml"),
              "profile: 1\nname: pinhole\nwidth: 8\nheight: 6\nfocal_length: [44.4 px, 44.5 px]\nprincipal_point: [3.6, "
              "2.4]\n");

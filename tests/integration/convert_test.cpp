@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Convert.NumPys*:Convert.Matlabs*
 // Rooms: foreign plugins
-// Files that NumPy, SciPy and OpenCV wrote, as captures.
+// Files written by NumPy, SciPy and OpenCV, converted to captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -19,11 +19,11 @@ using testing::HasSubstr;
 
 namespace {
 
-constexpr std::size_t count = 5;  // frames of what Python writes
+constexpr std::size_t count = 5;  // number of frames written by Python
 
 class Convert : public SmallConversion {
  protected:
-  /// Elements that a script stored with ndarray.tofile().
+  /// Elements stored by a script with ndarray.tofile().
   template <class T> std::vector<T> stored(const std::string& name) const {
     const std::string bytes = read_text(path(name));
     std::vector<T> values(bytes.size() / sizeof(T));
@@ -32,7 +32,7 @@ class Convert : public SmallConversion {
   }
 };
 
-/// 5 frames of 6 x 8 px, stored as `a` in every type, byte order and order of the axes; as it should come out.
+/// 5 frames of 6 x 8 px, stored as `a` in every type, byte order and axis order; the expected result.
 constexpr const char* arrays = R"(
 import itertools, sys
 rng = np.random.default_rng(3)
@@ -51,8 +51,8 @@ print(n)
 TEST_F(Convert, NumPysArraysOfAnyTypeAndOrderAreReadBitForBit) {
   if (!python(arrays)) GTEST_SKIP() << "NumPy is not installed";
   const std::vector<float> expected = stored<float>("expected.bin");
-  // All permutations of (5, 6, 8) differ, so the camera of 8 x 6 px makes the axes unique. Every seventh keeps it short
-  // and meets each type, byte order and order of the axes.
+  // All permutations of (5, 6, 8) differ, so the camera of 8 x 6 px makes the axes unique. Testing every seventh keeps
+  // it short and covers each type, byte order and axis order.
   for (int n = 0; n < 240; n += 7) {
     const Outcome outcome = convert("a" + std::to_string(n) + ".npy --as amplitude");
     ASSERT_EQ(outcome.exit_code, 0) << n << outcome.err;
@@ -215,7 +215,7 @@ TEST_F(Convert, ATableOfNumbersIsAnImage) {
   EXPECT_THAT(convert("t.csv --as depth --unit mm").err, HasSubstr("has 2 values in line 2, but 3 in the first"));
 }
 
-/// Two frames of taps as a camera's driver dumps them: headers, big-endian, pixels with both taps, flags in high bits.
+/// Two frames of taps as dumped by a camera driver: headers, big-endian, pixels with both taps, flags in high bits.
 TEST_F(Convert, AFileWithoutAHeaderIsReadAsItsLayoutSays) {
   std::string dump(64, 'h');
   const auto value = [](std::size_t frame, std::size_t k, std::size_t pixel, std::size_t tap) {

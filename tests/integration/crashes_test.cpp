@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: EndlessCall.IsNamed*:SlowCall.InPrepare*:SlowLoading.IsTold*
 // Rooms: graph
-// Plugins that crash, that do not come back, that are slow or noisy: the program says which one it is.
+// Plugins that crash, do not return, are slow or noisy: the program names the plugin.
 #include "tests/program.hpp"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ TEST(Crash, OfAnEffectNamesTheEffectAndItsFile) {
   expect_said(run, effect);
 }
 
-/// The message says how to go on without the plugins of others; with --safe there are none.
+/// The message says how to continue without third-party plugins; with --safe none are loaded.
 TEST(Crash, SaysSafe) {
   const Outcome crash = with("broken", "run 'ramp ! crashes_in_process ! null' --threads 1");
   expect_said(crash, "\n         tofgraph run --safe runs without plugins that did not come with the program\n");

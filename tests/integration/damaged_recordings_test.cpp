@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Formats/DamagedRecordings.*
 // Rooms: foreign plugins
-// Files of every format with bytes changed, cut and inserted at random: each is read, or is one error. Meant for the
-// address sanitizer; TOFGRAPH_MUTATIONS is the number of files per format (default 400).
+// Files of every format with random bytes changed, removed and inserted: each is either read or gives one error.
+// Intended for the address sanitizer; TOFGRAPH_MUTATIONS is the number of files per format (default 400).
 #include <gtest/gtest.h>
 
 #include "foreign/foreign_file.hpp"
@@ -124,7 +124,7 @@ class DamagedRecordings : public testing::TestWithParam<std::string> {
   tests::TemporaryFolder folder_;
 };
 
-/// Changes a file in one to four places.
+/// Changes a file at one to four positions.
 std::string mutated(std::string bytes, std::mt19937& random) {
   const auto below = [&random](std::size_t limit) {
     return std::uniform_int_distribution<std::size_t>(0, limit - 1)(random);

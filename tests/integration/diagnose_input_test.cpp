@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: */PixelsOutsideTheLens.*:DiagnoseInput.ABoardWithASize*
 // Rooms: diagnosis cli simulation
-// What `tofgraph diagnose` makes of the data that a laboratory gives it: mistakes in the campaign, boards with a size,
-// pixels outside the lens model, recordings without samples.
+// `tofgraph diagnose` with realistic laboratory data: errors in the campaign, boards of finite size, pixels outside the
+// lens model, recordings without samples.
 #include "tests/program.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ class DiagnoseInput : public testing::Test {
  protected:
   void write(const std::string& name, const std::string& text) { write_text(folder_.path() / name, text); }
   std::string campaign() const { return read_text(folder_.path() / "data/campaign.yaml"); }
-  /// Puts a text in place of the first one of its kind in the campaign's condition of this number.
+  /// Replaces the first occurrence of a text in the campaign's condition with this number.
   void change(std::size_t condition, const std::string& from, const std::string& to) {
     std::string text = campaign();
     std::size_t at = 0;
@@ -32,7 +32,7 @@ class DiagnoseInput : public testing::Test {
     write("data/campaign.yaml", text.replace(at, from.size(), to));
   }
 
-  /// A rail with wiggling of 6 mm. @param board more of the board @param scene more of the scene
+  /// A rail with wiggling of 6 mm. @param board additional board keys @param scene additional scene keys
   void simulate(const std::string& board = "", const std::string& scene = "", const std::string& camera = "camcube2") {
     write("model.yaml", "model: 1\ncamera: " + camera + "\neffects: []\n");
     write("truth.yaml",
@@ -78,7 +78,7 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   simulate();
   change(1, "distance: 1.1 m", "distance: 11 m");
   const Outcome refused = diagnose();
-  expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // and the millimetres of the wiggle
+  expect_said(refused, "you wrote 'distance: 11 m', the data say 1.1");  // plus the millimetres of the wiggle
   expect_said(refused, "correct it, or go on without the condition: --exclude-condition ");
   expect_said(refused, " |     board: {distance: 11 m");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));
@@ -112,7 +112,7 @@ TEST_F(DiagnoseInput, TheReportHasTheCommandAsItWasTypedAndWhatMayBeAMistake) {
                 last);
 }
 
-/// A file that may have 2 KiB at most stands for a full disk: the report has more, the model has less.
+/// A file size limit of 2 KiB simulates a full disk: the report is larger, the model smaller.
 TEST_F(DiagnoseInput, WhatCannotBeWrittenLeavesTheResultBefore) {
   simulate();
   write("found/maps.h5", "maps of a search before");
@@ -153,10 +153,10 @@ TEST_F(DiagnoseInput, ABoardWithASizeIsUsedWhereItIsSeen) {
   expect_wiggling(2e-4);
 }
 
-/// Beyond r = 1 / sqrt(-3 k1) the lens folds back: no undistorted point is mapped outside a circle of 2/3 of that.
+/// Beyond r = 1 / sqrt(-3 k1) the lens folds over: no undistorted point is mapped outside a circle of 2/3 of that.
 class PixelsOutsideTheLens : public DiagnoseInput, public testing::WithParamInterface<double> {
  protected:
-  /// Share of a square of pixels outside a circle, which cuts off its corners or fits into it.
+  /// Fraction of a square of pixels outside a circle, which cuts off its corners or fits into it.
   static double share_outside(double k1) {
     const double half_width = 101.5 * 40e-6 / 12.8e-3, radius = 2.0 / 3 / std::sqrt(-3 * k1) / half_width;
     double area = M_PI * radius * radius;

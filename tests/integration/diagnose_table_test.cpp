@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: DiagnoseTable.AnEffect*:DiagnoseTable.PixelsOutside*:DiagnoseTable.AllThatWasPublished*
 // Rooms: diagnosis
-// `tofgraph diagnose` on tables of means: one number a condition, in which all that no effect explains looks like
+// `tofgraph diagnose` on tables of means: one number per condition, in which everything unexplained looks like
 // scatter.
 #include "tests/program.hpp"
 
@@ -69,13 +69,13 @@ TEST_F(DiagnoseTable, NothingIsNamedWhereThereIsNoiseAlone) {
   make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 0);
   const nlohmann::json said = diagnose();
   EXPECT_EQ(said["verdict"], "nothing_found");
-  // Nobody knows whether the scatter is noise: that is no agreement.
+  // Without repetitions the noise is unknown, which is no evidence of agreement.
   EXPECT_NE(said["summary"].get<std::string>().find("nothing was measured twice"), std::string::npos)
       << said["summary"];
 }
 
-/// Corners that the lens model does not reach: a mean over the image is that of the others. Half paths are longer than
-/// the boards are far, by what the whole image makes of it, so only that there is a number is asked here.
+/// Corners outside the lens model: a mean over the image is that of the other pixels. Half paths are longer than the
+/// board distances by an amount that depends on all pixels, so only the presence of a number is tested.
 TEST_F(DiagnoseTable, PixelsOutsideTheLensAreLeftOutOfTheMeans) {
   std::string profile = read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml");
   profile.replace(profile.find("[0, 0, 0, 0, 0]"), 15, "[-1.01, 0, 0, 0, 0]");
@@ -87,8 +87,8 @@ TEST_F(DiagnoseTable, PixelsOutsideTheLensAreLeftOutOfTheMeans) {
   EXPECT_NE(said["verdict"], "nothing_found");
 }
 
-/// Tables 3.1, 5.1 to 5.3, 6.2 to 6.13 and 6.14 of the reference in one search. What the spread of the pixels is
-/// compared with is fitted by tests/published_spread.py, another program with the reflectivities of its own fit.
+/// Tables 3.1, 5.1 to 5.3, 6.2 to 6.13 and 6.14 of the reference in one search. The reference values of the pixel
+/// spread are fitted by tests/published_spread.py, an independent program that fits its own reflectivities.
 TEST_F(DiagnoseTable, AllThatWasPublishedOfACamera) {
   const std::string campaigns = TOFGRAPH_SOURCE_DIR "/pipelines/campaigns/";
   const Outcome outcome = shell("$TOFGRAPH diagnose --quiet --model " + campaigns + "thesis_model.yaml --data " +

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: DiagnoseWiggling.Extends*:DiagnoseWiggling.Faulty*:Diagnose.ShrinksTheGap*
 // Rooms: diagnosis cli simulation plugins
-// `tofgraph diagnose` as a user runs it: what it refuses and how it says so, what it goes on with and notes.
+// `tofgraph diagnose` as a user runs it: rejected input and its messages, accepted input and its notes.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -60,7 +60,7 @@ bool notes(const nlohmann::json& report, const std::string& text) {
 
 const std::string rail = "0.7 m, 1.1 m, 1.6 m, 2 m, 2.3 m, 2.9 m, 3.3 m, 3.8 m";
 
-/// A camera that wiggles, searched once for several tests.
+/// A camera with wiggling, searched once for several tests.
 class DiagnoseWiggling : public testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -83,7 +83,7 @@ TEST_F(DiagnoseWiggling, ExtendsTheModelSoThatSimulateTakesIt) {
   EXPECT_EQ(found["effects"][0]["name"], "wiggling");
   EXPECT_NEAR(found["effects"][0]["parameters"]["amplitude"]["value"].get<double>(), 6e-3, 1e-4);
   EXPECT_LT(found["gap"]["held_out_after"].get<double>(), 0.5 * found["gap"]["held_out_before"].get<double>());
-  // The extended model is one that simulate takes, and a search that starts from it finds nothing more.
+  // The extended model is accepted by simulate, and a search that starts from it finds nothing more.
   const Outcome again = shell(
       "$TOFGRAPH simulate scene.yaml --model found/model.yaml -o twin && "
       "$TOFGRAPH diagnose --quiet --model found/model.yaml --data data/campaign.yaml --out rest",
@@ -95,7 +95,7 @@ TEST_F(DiagnoseWiggling, ExtendsTheModelSoThatSimulateTakesIt) {
   EXPECT_EQ(read_text(folder.path() / "found/report.json"), read_text(folder.path() / "repeated/report.json"));
 }
 
-/// The next condition is a scene that simulate accepts; the report has no address of anything else and states its
+/// The next condition is a scene that simulate accepts; the report has no external links and states its
 /// inputs.
 TEST_F(DiagnoseWiggling, SaysWhatToMeasureNextAndWhatItIsOf) {
   const auto said = report(folder);
@@ -117,7 +117,7 @@ TEST_F(DiagnoseWiggling, SaysWhatToMeasureNextAndWhatItIsOf) {
             std::string::npos);
   for (const char* outside : {"src=", "href=\"http", "url(", "@import", "fetch("})
     EXPECT_EQ(html.find(outside), std::string::npos) << outside;
-  // The conditions carry the name together, and none says so alone.
+  // The evidence for the effect is distributed over the conditions; no single one dominates.
   double sum = 0;
   int carriers = 0;
   for (const auto& [id, share] : said["effects"][0]["influence"].items()) {
@@ -151,7 +151,7 @@ TEST(Diagnose, ACaptureThatIsMissingIsNamedAndLeftOutOnlyWhenAsked) {
   const Outcome skipped = diagnose(folder, "--skip-missing --max-effects 0");
   ASSERT_EQ(skipped.exit_code, 0) << skipped.err;
   EXPECT_TRUE(notes(report(folder), missing.filename().string())) << report(folder).at("notes");
-  // The same where there is no file at all.
+  // Same result if the file does not exist at all.
   std::filesystem::remove(missing);
   const Outcome absent = diagnose(folder, "", "absent");
   EXPECT_EQ(absent.exit_code, 2);
@@ -192,12 +192,12 @@ TEST_F(DiagnoseWiggling, FaultyEffectPluginsAreNamedAndLeftOut) {
   EXPECT_TRUE(notes(said, "The effect gives_up was left out: ")) << said.at("notes");
   EXPECT_TRUE(notes(said, "there is no table for this camera")) << said.at("notes");
   EXPECT_TRUE(notes(said, "The effect gives_nan was left out: ")) << said.at("notes");
-  // They keep the search from nothing that it finds without them.
+  // They do not change the result of the search without them.
   ASSERT_EQ(said.at("effects").size(), 1U) << said.at("effects");
   EXPECT_EQ(said["effects"][0]["name"], "wiggling");
 }
 
-/// With one blank wherever there are some.
+/// Collapses white space to single blanks.
 std::string plain(const std::string& text) {
   std::istringstream words(text);
   std::string result, word;
@@ -205,10 +205,10 @@ std::string plain(const std::string& text) {
   return result;
 }
 
-/// The published means of a CamCube 2.0. Nobody knows what is true of that camera: what is asked for is that the gap
-/// shrinks on levels that nothing has seen, that it does so least where the model has to go beyond them, and that every
-/// grey target comes out darker than the white one, the blackest ones darkest, which the data do not tell in any other
-/// way.
+/// The published means of a CamCube 2.0. The truth is unknown for that camera; the requirements are that the
+/// gap shrinks on held-out levels, that it shrinks least where the model extrapolates, and that every grey
+/// target comes out darker than the white one, the blackest ones darkest, which the data contain in no other
+/// form.
 TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const TemporaryFolder folder;
   const Outcome found = shell("$TOFGRAPH diagnose --model " TOFGRAPH_SOURCE_DIR
@@ -234,14 +234,14 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const auto of = [&](const char* black) { return reflectivity.at(black).get<double>(); };
   for (const char* black : {"12.5", "25", "50", "75", "100"}) EXPECT_LT(of(black), 0.5) << black;
   EXPECT_LT(std::max(of("75"), of("100")), std::min(of("12.5"), of("25")));
-  // What most random halves do without is weak, and no name of the verdict.
+  // An effect absent from most random halves is marked weak and not named in the verdict.
   for (const auto& effect : said.at("effects")) {
     const bool of_few = effect.at("name") == "phase_step_error";
     EXPECT_EQ(effect.at("weak"), of_few) << effect;
     const std::string names = said.at("summary").get<std::string>();
     EXPECT_EQ(names.find(effect.at("name").get<std::string>()) > names.find("Weak"), of_few) << names;
   }
-  // The documents tell what the program prints, and the table of the tutorial what the folds have.
+  // The documentation quotes the program's output, and the tutorial's table contains the results of the folds.
   const std::size_t first = found.err.find("The model lacks ");
   ASSERT_NE(first, std::string::npos) << found.err;
   const std::string printed = plain(found.err.substr(first, found.err.find("\nwrote ") - first));
@@ -279,13 +279,13 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   for (const auto& next : said.at("next"))
     EXPECT_EQ(next.at("condition").at("lens"), "open") << "means have no amplitudes";
   EXPECT_NE(read_text(folder.path() / "found/report.html").find("How often each effect is chosen"), std::string::npos);
-  // What weighs against the names is said where they stand: by the campaign, and by what the data have.
+  // Evidence against the named effects is stated beside them: from the campaign, and from the data.
   const std::string html = read_text(folder.path() / "found/report.html");
   for (const char* text : {"2941.4, 3033.1", "no prediction", "inferred with the model, not measured", "capped lens",
                            "No target was measured at one distance with two integration times"})
     EXPECT_NE(html.find(text), std::string::npos) << text;
   EXPECT_EQ(said["campaign"]["notes"].size(), 2U);
-  // What is left is shown.
+  // The unexplained residual is shown.
   EXPECT_EQ(said["unexplained"]["map"], "unexplained.svg");
   EXPECT_NE(read_text(folder.path() / "found/unexplained.svg").find("<svg"), std::string::npos);
 }

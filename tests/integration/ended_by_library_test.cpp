@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Plugins that end the program: it is not a success, and the plugin is named.
+// Plugins that terminate the program: this is not reported as success, and the plugin is named.
 #include "tests/program.hpp"
 
 #include <csignal>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Clouds and depths against known planes where pixels hold no measurement.
+// Clouds and depths, compared with known planes, with pixels that hold no measurement.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Exposures.HavePreviews*
 // Rooms: graph cli
-// Exposures from the profile to the capture and back, and every way to write them wrong, as a user sees it.
+// Exposures from the profile to the capture and back, and every way to write them wrongly, as a user sees it.
 #include <hdf5.h>
 
 #include "tests/program.hpp"
@@ -189,7 +189,7 @@ TEST_F(Exposures, OfACaptureStayThoughAProfileSaysOtherwise) {
   ASSERT_EQ(run("run 'capture_reader file=again.h5" + decode + "second.csv'").exit_code, 0);
   EXPECT_EQ(read_text(folder.path() / "first.csv"), read_text(folder.path() / "second.csv"));
   EXPECT_NE(run("info again.h5").out.find("0, 90, 180, 270 deg (by the capture)"), std::string::npos);
-  // Unless the profile is to count.
+  // Except if the profile's exposures are requested.
   const std::string reversed = "run 'capture_reader file=own.h5 exposures=camera" + decode;
   ASSERT_EQ(run(reversed + "third.csv' --camera ./reversed.yaml").exit_code, 0);
   EXPECT_NE(read_text(folder.path() / "first.csv"), read_text(folder.path() / "third.csv"));
@@ -221,7 +221,7 @@ TEST_F(Exposures, HavePreviewsAndDistances) {
     const Outcome read = run("run 'capture_reader file=board.h5 ! statistics channel=distance'");
     EXPECT_NE(read.out.find(" 768 "), std::string::npos) << read.out;
   }
-  // Beyond the lens model there is no distance, also of several frequencies.
+  // Outside the lens model there is no distance, also with several frequencies.
   std::string bent = profile_with(six, "");
   bent.replace(bent.find("sources:"), 0, "distortion: [-5, 0, 0, 0, 0]\n");
   write("bent.yaml", bent);
@@ -248,7 +248,7 @@ TEST_F(Exposures, AProfileInACaptureThatIsNoneIsTold) {
   EXPECT_EQ(run("info odd.h5").exit_code, 0);
 }
 
-/// A rail of four distances before this camera.
+/// A rail of four distances measured by this camera.
 constexpr const char* rail =
     "scene: 1\ncamera: small.yaml\nframes: 2\noutput: taps\nobjects:\n"
     "  - {name: board, type: board, distance: 1 m}\nsequence:\n"

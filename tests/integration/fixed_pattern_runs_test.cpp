@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: FixedPatternRuns.ASubsetIsRight:FixedPatternRuns.WithoutAPatternNothingIsWritten
 // Rooms: calibration
-// The calibration fixed-pattern over 5 to 30 frames, 3 to 8 distances, with and without rolls and three sizes of
-// wiggling, of a camera of 51 x 51 px that is written out here. All 60 runs:
-//   build/tests/fixed_pattern_runs_test --gtest_also_run_disabled_tests --gtest_filter='*AllSixtyRuns'
-// of other seeds than 100 to 159 with TOFGRAPH_PATTERN_SEED, the first of the 60.
+// The calibration fixed-pattern over 5 to 30 frames, 3 to 8 distances, with and without rolls and with three amplitudes
+// of wiggling, for an independently implemented camera of 51 x 51 px. All 60 runs: build/tests/fixed_pattern_runs_test
+// --gtest_also_run_disabled_tests --gtest_filter='*AllSixtyRuns', with other seeds than 100 to 159 by
+// TOFGRAPH_PATTERN_SEED, the first of the 60.
 #include <hdf5.h>
 
 #include "calibration/calibrate.hpp"
@@ -35,16 +35,16 @@ struct PatternRun {
   double wiggling = 0;  ///< m
   std::uint64_t seed = 1;
   double pattern = 1;    ///< factor on the pattern
-  double misplaced = 0;  ///< m, of the second distance's boards
+  double misplaced = 0;  ///< m, displacement of the second distance's boards
   bool spoilt = false;   ///< 64 pixels of the first board wrap, and the last board has too little light
 };
 
-/// True place of a board.
+/// True pose of a board.
 struct Place {
   double distance = 1, roll = 0, z = 0, tilt_x = 0, tilt_y = 0;
 };
 
-/// Half of the way from both lamps to a board that is bent by half a millimetre, and through the lens to the pixel, m.
+/// Half path from both lamps via a board bent by half a millimetre and through the lens to the pixel, m.
 double half_path(std::size_t pixel, const Place& board) {
   const double x = (static_cast<double>(pixel % side) - centre) * pitch,
                y = (static_cast<double>(pixel / side) - centre) * pitch, inside = std::hypot(x, y, focal);
@@ -80,7 +80,7 @@ class FixedPatternRuns : public testing::Test {
     }
     for (double& m : map) m -= mean;
     const double phase4 = angle(random), phase5 = angle(random), phase8 = angle(random), beside = angle(random);
-    const auto error_at = [&](double d) {  // harmonics of the correlation, and light that comes another way
+    const auto error_at = [&](double d) {  // harmonics of the correlation, and multipath light
       const double psi = d / metres_per_radian;
       return run.wiggling * (std::sin(4 * psi + phase4) + 0.36 * std::sin(4 * psi + phase5) +
                              0.14 * std::sin(8 * psi + phase8) + 0.2 * d * d * std::cos(psi + beside));
@@ -147,7 +147,7 @@ class FixedPatternRuns : public testing::Test {
     return outcome;
   }
 
-  /// Right, or refused.
+  /// Expects either a correct result or a refusal.
   void expect_right(const PatternRun& run) {
     const Outcome outcome = calibrate(run);
     const std::string name =
@@ -164,7 +164,7 @@ class FixedPatternRuns : public testing::Test {
   int refusals_ = 0;
 };
 
-/// Number k of the 60.
+/// Run number k of the 60.
 PatternRun numbered(std::size_t k, std::uint64_t first = 100) {
   constexpr std::size_t distances[] = {3, 4, 5, 6, 8};
   constexpr std::size_t frames[] = {5, 9, 14, 20, 25, 30, 12};
@@ -207,8 +207,8 @@ TEST_F(FixedPatternRuns, ABoardHalfAMetreFromItsPlaceIsNamed) {
 
 TEST_F(FixedPatternRuns, ARefusalCountsWhatWasLeftOut) {
   const Outcome outcome = calibrate({.frames = 5, .distances = 5, .rolls = false, .pattern = 0, .spoilt = true});
-  // Of four boards of 51 x 51 px, without the 64 that wrap; those at the corners of the 64 may count as outliers. The
-  // fifth board is not used, nor are its pixels counted.
+  // Four boards of 51 x 51 px, without the 64 that wrap; those at the corners of the 64 may count as outliers. The
+  // fifth board is not used, and its pixels are not counted.
   EXPECT_NE(outcome.refusal.find("used: 4 of 5 conditions, 20 frames, 10340 of 10404 pixels in all"), std::string::npos)
       << outcome.refusal;
   EXPECT_NE(outcome.refusal.find(" wrapped"), std::string::npos) << outcome.refusal;

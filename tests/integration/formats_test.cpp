@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The examples of docs/formats are files that the program takes.
+// The examples of docs/formats are accepted by the program.
 #include "io/captures/capture_map.hpp"
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {
 namespace {
 
-/// The blocks of YAML in a page.
+/// YAML blocks of a page.
 std::vector<std::string> examples(const std::string& page) {
   const std::string text = read_text(std::filesystem::path(TOFGRAPH_SOURCE_DIR) / "docs/formats" / page), fence = "```";
   std::vector<std::string> blocks;

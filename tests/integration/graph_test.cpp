@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Graph.AnInterrupt*:Statistics.DoNot*
 // Rooms: graph
-// What a graph means: order, fan-out, joins, drops, errors, interrupts; with small stages whose results are known.
+// Semantics of a graph: order, fan-out, joins, drops, errors, interrupts; with small stages whose results are known.
 #include "tests/program.hpp"
 
 #include <gmock/gmock.h>
@@ -50,7 +50,7 @@ TEST(Graph, FanOutSharesTheFrameAndEverySinkRuns) {
   const auto statistics = nlohmann::json::parse(read_text(folder.path() / "s.json"));
   EXPECT_EQ(statistics["format"], "tofgraph-stats");
   EXPECT_EQ(statistics["frames"], 50);
-  for (const auto& node : statistics["nodes"]) EXPECT_EQ(node["frames"], 50) << node;  // a node runs once a frame
+  for (const auto& node : statistics["nodes"]) EXPECT_EQ(node["frames"], 50) << node;  // a node runs once per frame
 }
 
 TEST(Graph, BranchesJoinByFrameNumber) {
@@ -81,13 +81,13 @@ TEST(Graph, BranchesJoinByFrameNumber) {
 
 TEST(Graph, WhatAStageReadsStaysUntilItReturns) {
   const TemporaryFolder folder;
-  // crop asks for the memory to write to while it reads what the source had lent.
+  // crop requests its output buffer while it still reads the memory lent by the source.
   const Outcome outcome = run("'lend frames=3 ! crop columns=[10, 19] rows=[5, 9] ! collect path=a.txt'", folder);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(read_text(folder.path() / "a.txt"), "0 crop=1\n1 crop=2\n2 crop=3\n");
 }
 
-/// The pool's buffers alone; what else a graph asks memory for: steady_state_test.
+/// Counts the pool's buffers only; other allocations of a graph: steady_state_test.
 TEST(Graph, BuffersAreUsedAgainHoweverManyFramesThereAre) {
   const TemporaryFolder folder;
   for (const int threads : {1, 4}) {
@@ -98,8 +98,8 @@ TEST(Graph, BuffersAreUsedAgainHoweverManyFramesThereAre) {
               folder);
       ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
       const int allocated = nlohmann::json::parse(read_text(folder.path() / "s.json"))["buffers_allocated"].get<int>();
-      // A distance and a depth for each frame that is under way (2 a thread), waits (4) or is being made (1), and no
-      // more, however many frames there are.
+      // A distance and a depth for each frame in progress (2 per thread), queued (4) or being created (1), and no more
+      // for any number of frames.
       EXPECT_GE(allocated, 2) << frames << " frames";
       EXPECT_LE(allocated, 2 * std::min(frames, 2 * threads + 4 + 1)) << frames << " frames";
     }
@@ -217,7 +217,7 @@ TEST(Statistics, ThatCannotBeWrittenAreToldBeforeTheFirstFrame) {
 
 TEST(Statistics, DoNotHideTheErrorOfTheRun) {
   const TemporaryFolder folder;
-  // The folder of the statistics goes away while the run is under way.
+  // The folder of the statistics disappears during the run.
   const std::string taken = once_it_writes("a.txt") + "rmdir gone; touch gone; ";
   std::filesystem::create_directory(folder.path() / "gone");
   const Outcome failed = shell("(" + taken +
@@ -243,7 +243,7 @@ TEST(StandardOutput, ThatIsFullIsAnError) {
         "explain --dot" + graph, std::string("--help"), std::string("--version")}) {
     const Outcome outcome = shell("\"$TOFGRAPH\" " + command + " > /dev/full", folder.path());
     EXPECT_EQ(outcome.exit_code, 1) << command;
-    // A slow machine is told before it which plugin is still being loaded.
+    // On a slow machine a message about a plugin still being loaded may come first.
     EXPECT_THAT(outcome.err, testing::ContainsRegex("(^|\n)tofgraph: error: (standard output cannot be written|"
                                                     "cannot write to file: No space left on device\n$)"))  // of fmt
         << command;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HuntGuide.*
 // Rooms: diagnosis cli simulation plugins
-// Every command of docs/find_the_hidden_effect.md, and what the page says comes out.
+// Every command of docs/find_the_hidden_effect.md gives the result stated in the page.
 #include "tests/guide.hpp"
 
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Inspect.TheRightFinding*
 // Rooms: inspection io/captures physics
-// What `tofgraph inspect` finds in recordings with one known error, and in those without.
+// Findings of `tofgraph inspect` in recordings with one known error, and in recordings without errors.
 #include <gmock/gmock.h>
 
 #include "tests/integration/inspected_scenes.hpp"
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 namespace {
 
-/// A plane by its direction and its distance from the camera.
+/// A plane given by its normal and its distance from the camera.
 InspectedPlane plane(double x, double y, double z, double distance) {
   const double norm = std::sqrt(x * x + y * y + z * z);
   return {{x / norm, y / norm, z / norm}, distance};
@@ -31,7 +31,7 @@ InspectedPlane square(std::array<double, 3> middle, double x, double y, double z
   return made;
 }
 
-// The scenes and the camera that are judged; thresholds were chosen on those of `tuning`.
+// Scenes and camera used for the evaluation; thresholds were chosen on those of `tuning`.
 const std::map<std::string, InspectedScene> judged = {
     {"corner", {plane(1, 0.1, 0.9, 1.2), plane(-1, -0.1, 1.2, 1.9), plane(0.1, 1, 0.4, 0.9)}},
     {"board before a wall", {square({0.15, -0.1, 0.9}, -0.4, 0.35, 1, 0.4), plane(0.25, -0.15, 1, 2.9)}},
@@ -136,7 +136,7 @@ TEST_F(Inspect, AFindingSaysWhereHowMuchAndWhatMendsIt) {
 }
 
 TEST_F(Inspect, WhatASceneCannotDecideIsSaid) {
-  // A lens that is symmetric about the middle of the image, and depths: mirrored images are as flat as others.
+  // A lens that is symmetric about the image centre, and depths: mirrored images are as flat as others.
   InspectedCamera symmetric = tuning_camera;
   symmetric.cx = (symmetric.width - 1) / 2.0;
   symmetric.cy = (symmetric.height - 1) / 2.0;
@@ -145,7 +145,7 @@ TEST_F(Inspect, WhatASceneCannotDecideIsSaid) {
   const json mirrored = inspected("a.h5");
   EXPECT_EQ(first_of(mirrored), "");
   EXPECT_THAT(mirrored["undecided"].dump(), HasSubstr("mirrored or turned"));
-  // A wall parallel to the image has one depth whatever the lens is.
+  // A wall parallel to the image has a single depth for any lens.
   InspectedRecording(tuning_camera, {plane(0, 0, 1, 1.5)}, 0.002, 7).write(path("b.h5"), Mistake::k1_sign);
   const json wall = inspected("b.h5");
   EXPECT_EQ(first_of(wall), "");

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// Recordings of rooms made of planes, by a camera that is independent of the project's simulator: rays from OpenCV's
-/// undistortPoints, intersections and noise in closed form. Each recording can have one error.
+/// @file Recordings of rooms made of planes, by a camera that is independent of the project's simulator:
+/// rays from OpenCV's undistortPoints, intersections and noise in closed form. Each recording may have one
+/// error.
 #pragma once
 
 #include <tofgraph/array.hpp>
@@ -19,7 +19,7 @@
 
 namespace tofgraph::tests {
 
-/// Lens and size of a camera.
+/// Lens and image size of a camera.
 struct InspectedCamera {
   std::uint32_t width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
@@ -38,7 +38,7 @@ struct InspectedCamera {
   }
 };
 
-/// A plane normal . p = offset, p in the optical frame; where half is positive only within that of `middle`.
+/// A plane normal . p = offset, p in the optical frame; if half is positive, only within that distance of `middle`.
 struct InspectedPlane {
   std::array<double, 3> normal;
   double offset;
@@ -94,7 +94,7 @@ class InspectedRecording {
     writer.finish();
   }
 
-  /// A disturbance of each pixel of depth and amplitude: (pixel, frame, length, amplitude).
+  /// Perturbation of depth and amplitude of each pixel: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
 
   /// Bytes of an .npy file with the depths of a frame in millimetres, uint16 row by row.
@@ -144,7 +144,7 @@ class InspectedRecording {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   }
 
-  /// Amplitude 1000 at 1 m, with patches of another reflectivity; noise_ is the deviation of a length there.
+  /// Amplitude 1000 at 1 m, with patches of different reflectivity; noise_ is the standard deviation of a length there.
   void make_frame(Mistake mistake, const std::string& channel, std::vector<float>& values,
                   std::vector<float>& amplitude) {
     std::normal_distribution<double> normal;
@@ -153,7 +153,7 @@ class InspectedRecording {
     values.resize(channel == "phases" ? 4 * n : n);
     amplitude.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-      std::size_t from = i;  // the pixel of the camera that is stored here
+      std::size_t from = i;  // pixel of the camera that is stored here
       if (mistake == Mistake::mirrored) from = i / w * w + w - 1 - i % w;
       if (mistake == Mistake::turned) from = n - 1 - i;
       const double range = ranges_[from];
@@ -161,7 +161,7 @@ class InspectedRecording {
       const double expected = 1000 * patch / (range * range), sigma = noise_ * std::sqrt(1000 / expected);
       amplitude[i] = static_cast<float>(expected + std::sqrt(expected) * normal(random_));
       if (channel == "phases") {
-        const double half_path = range + focal / cosines_[from] / 2 + 0;  // the lamp stands in the lens, to 0.01 mm
+        const double half_path = range + focal / cosines_[from] / 2 + 0;  // the lamp is at the lens, to 0.01 mm
         const double psi = 4 * M_PI * camera_.frequency * half_path / light;
         const double scatter = sigma * 4 * M_PI * camera_.frequency / light * expected * std::sqrt(2.0);
         for (std::size_t k = 0; k < 4; ++k) {

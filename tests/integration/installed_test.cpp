@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Installed.EveryHeader*:Installed.HeadersCompile*:Installed.CMake*:Installed.ThePage*:Compilers/*
 // Rooms: sdk graph cli
-// What is installed serves plugin authors and embedders without the source tree, wherever the prefix is moved.
+// The installation serves plugin authors and embedders without the source tree, also after moving the prefix.
 #include "tests/installed.hpp"
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 class Installed : public InstalledPrefix {
  protected:
   static void SetUpTestSuite() { InstalledPrefix::SetUpTestSuite(); }
-  /// The plugins in folder `plugins` and the program `embed` do what their sources say.
+  /// The plugins in folder `plugins` and the program `embed` work as documented in their sources.
   void work() const {
     const Outcome filter = run("$PREFIX/bin/tofgraph --plugin-path plugins describe depth_gain");
     EXPECT_EQ(filter.exit_code, 0) << filter.err;
@@ -28,7 +28,7 @@ class Installed : public InstalledPrefix {
     EXPECT_EQ(run("./embed flying_pixels plugins").out, "1.0000\n1.0000\n");
     EXPECT_THAT(depth_with("path_error, size: 20 mm"), HasSubstr(" 1020.0"));
   }
-  /// Measured depth of a board at 1 m, with a model's effect.
+  /// Measured depth of a board at 1 m, with the effect of a model.
   std::string depth_with(const std::string& effect) const {
     write_text(folder_.path() / "model.yaml", "model: 1\neffects:\n  - {effect: " + effect + "}\n");
     const Outcome measured =
@@ -41,7 +41,7 @@ class Installed : public InstalledPrefix {
 
 const char* const all_headers =
     "cd $PREFIX/include && find tofgraph -name '*.h' -o -name '*.hpp' | sort | sed 's/.*/#include <&>/'";
-/// Compiles the standard input; PCL and Eigen are somebody else's headers.
+/// Compiles the standard input; the headers of PCL and Eigen are treated as system headers.
 const std::string compiles =
     "-std=c++20 -fsyntax-only -Wall -Wextra -Wconversion -Werror $(pkg-config --cflags tofgraph) -isystem "
     "/usr/include/eigen3 $(printf ' -isystem %s' /usr/include/pcl-*) -DTOFGRAPH_PLUGIN_NAME='\"x\"' "
@@ -79,7 +79,7 @@ TEST_F(Installed, WhatIsLoadedLiesInTheMovedPrefix) {
   const Outcome paths =
       run("find $PREFIX -type f -exec readelf -d {} + 2>/dev/null | sed -n 's/.*R.*PATH.*\\[\\(.*\\)]/\\1/p' | "
           "tr ':' '\\n' | LC_ALL=C sort -u");
-  // The last but one is that of the Python package.
+  // The last but one is the Python package's.
   EXPECT_EQ(paths.out, "$ORIGIN\n$ORIGIN/..\n$ORIGIN/../..\n$ORIGIN/../../..\n$ORIGIN/../lib\n");
 }
 
@@ -93,7 +93,7 @@ TEST_F(Installed, ProgramCommandsAndModulesWork) {
   for (int pixel = 0; pixel < 204 * 204; ++pixel) map.append(reinterpret_cast<const char*>(&offset), sizeof offset);
   write_text(folder_.path() / "map.npy", map);
   EXPECT_THAT(depth_with("fixed_pattern, scale: 1, map: {file: map.npy, unit: m}"), HasSubstr(" 1020.0"));
-  // A command that is a module of its own.
+  // A command implemented as a module.
   write_text(folder_.path() / "scene.yaml",
              "scene: 1\ncamera: camcube2\nobjects:\n  - {name: board, type: board, distance: 1 m}\n");
   succeeds("$PREFIX/bin/tofgraph simulate scene.yaml -o board.h5 2>log");
@@ -108,11 +108,11 @@ TEST_F(Installed, CMakeBuildsPluginsAndPrograms) {
   work();
   EXPECT_THAT(run("$PREFIX/bin/tofgraph --plugin-path plugins describe depth_gain --json").out,
               testing::AllOf(HasSubstr("A. Uthor"), HasSubstr("MIT"), HasSubstr("1.2")));
-  // Installed into tofgraph's own prefix they are found by themselves.
+  // Plugins installed into tofgraph's own prefix are found without options.
   succeeds("cmake --install build --prefix $PREFIX >log && $PREFIX/bin/tofgraph describe depth_gain >log");
 }
 
-/// The text of a page's blocks of one language.
+/// Text of a page's code blocks in one language.
 std::string blocks(const std::string& page, const std::string& language) {
   std::istringstream lines(read_text(page));
   std::string found;
@@ -154,7 +154,7 @@ TEST_F(Installed, CMakeAsksForTheKindThatItCannotTell) {
   succeeds(
       "cp $OUTSIDE/CMakeLists.txt $OUTSIDE/effect.cpp $OUTSIDE/embed.cpp . && "
       "sed 's/tofgraph::Filter/Base/' $OUTSIDE/filter.cpp >filter.cpp");
-  // The error, whose lines CMake breaks as it likes.
+  // Error text whose lines may be wrapped by CMake.
   const Outcome untold = run("cmake -S . -B build -DCMAKE_PREFIX_PATH=$PREFIX 2>&1 | tr -s '[:space:]' ' '");
   EXPECT_THAT(untold.out, HasSubstr("filter.cpp does not tell what it is"));
   succeeds(

@@ -3,7 +3,7 @@
 // Every command of docs/large_campaigns.md.
 // Slow: *
 // Rooms: diagnosis cli
-// Its tests share the campaign that SetUpTestSuite makes.
+// The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 #include "tests/guide.hpp"
 

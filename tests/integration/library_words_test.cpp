@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Kinds/DamagedCapture.*
 // Rooms: config io cli calibration
-// Damaged files through every command that reads them: one error of this program that names the file, and no word of
-// HDF5, OpenCV, libpng, libtiff, yaml-cpp or Ceres.
+// Damaged files given to every command that reads them: one error of this program that names the file, and no message
+// of HDF5, OpenCV, libpng, libtiff, yaml-cpp or Ceres.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -27,7 +27,7 @@ using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
-/// The beginnings of what the libraries say.
+/// First words of the libraries' messages.
 const char* const words_of_libraries[] = {
     "OpenCV",        "libpng", "libtiff",   "TIFFRead",  "[ WARN", "[ERROR",    "sblock",     "B-tree",
     "object head",   "heap",   "signature", "inflate",   "H5",     "hyperslab", "YAML::",     "bad conversion",
@@ -54,7 +54,7 @@ class Damaged : public testing::Test {
                "  - {name: left, position: [-50 mm, 0 mm, 0 mm], amplitude: 1}\ngain: 7.0e6 counts m^2/s\n"
                "contrast: 0.5\nframe_rate: 40 Hz\nread_noise: 4 counts\nshot_noise: 0.012 counts\n");
   }
-  /// Runs each command, in which FILE is the damaged one.
+  /// Runs each command with FILE replaced by the damaged file.
   void expect_refused(const std::string& file, const std::vector<std::string>& commands) const {
     for (std::string command : commands) {
       for (std::size_t at = 0; (at = command.find("FILE", at)) != std::string::npos;) command.replace(at, 4, file);
@@ -118,7 +118,7 @@ TEST_P(DamagedCapture, IsOneErrorOfEachCommand) {
        "diagnose --model model.yaml --data campaign.yaml -o gap", "run look.yaml --campaign campaign.yaml -o out",
        "run 'capture_reader file=whole.h5 ! mask bad_pixels={file: FILE, dataset: map} ! null' "
        "--camera small.yaml"});
-  const std::string evaluation = "evaluate campaign.yaml -o e";  // of what can be read
+  const std::string evaluation = "evaluate campaign.yaml -o e";  // readable content
   const Outcome outcome = shell("\"$TOFGRAPH\" " + evaluation, folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("a: left out: the capture bad.h5"));
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class DamagedPicture : public Damaged {
  protected:
-  /// Pictures whose parts are all there, but are not what they should be.
+  /// Images whose parts are all present but invalid.
   void write(const std::string& name) const {
     cv::Mat picture(24, 32, CV_16U);
     cv::randu(picture, 0, 65535);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: LightOnlyCaptures.TheLensFollowsFrom*
 // Rooms: io calibration
-// Captures with amplitude or intensity alone: the lens of an independent camera, and what needs distances.
+// Captures with amplitude or intensity alone: the lens of an independent camera, and commands that need distances.
 #include <hdf5.h>
 
 #include "tests/program.hpp"
@@ -18,7 +18,7 @@ constexpr std::size_t size = 204;
 
 class LightOnlyCaptures : public testing::Test {
  protected:
-  /// Views of a chessboard, one frame each. @param dead share of pixels that show nothing
+  /// Views of a chessboard, one frame each. @param dead fraction of pixels without a signal
   void record(const std::string& channel, std::size_t views, double dead) {
     const test::TrueBoard board;
     const auto rays = test::subpixel_rays(lens, static_cast<int>(size));

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: LiveView.*
 // Rooms: live graph plugins
-// The live view as a client on the network sees it.
+// The live view as seen by a network client.
 #include "tests/live_view/live_run.hpp"
 #include "tests/live_view/web_client.hpp"
 #include "tests/program.hpp"
@@ -57,7 +57,7 @@ class Recorder {
   std::map<std::uint64_t, std::map<std::string, std::vector<float>>> images_;
 };
 
-/// The next frame that a client gets.
+/// The next frame received by a client.
 ViewMessage next_frame(WebClient& client) {
   client.send(R"({"op":"next"})");
   for (int i = 0; i < 20; ++i) {
@@ -131,7 +131,7 @@ TEST(LiveView, AChangedParameterCountsFromTheStatedFrameAndIsInTheProvenance) {
   EXPECT_EQ(provenance["parameters"]["strength"], "2 mm") << "at the start";
   EXPECT_EQ(provenance["changes"], nlohmann::json::parse(fmt::format(
                                        R"([{{"frame": {}, "parameter": "strength", "value": "40 mm"}}])", from)));
-  // The same simulated frames with one value from the first frame on: equal before, and from the stated frame on.
+  // The same simulated frames with one constant value: equal before the change, or from the stated frame on.
   for (const auto& [value, frame] : std::map<std::string, std::uint64_t>{{"2 mm", from - 1}, {"40 mm", from}}) {
     Recorder constant;
     std::string pipeline = boards;
@@ -306,7 +306,7 @@ TEST(LiveView, ManyClientsAndOnesThatNeverReadDoNotStopThePipeline) {
     try {
       clients.push_back(std::make_unique<WebClient>(run.port()));
       clients.back()->send(R"({"op":"show","nodes":["decode","cloud"],"rate":60})");
-      clients.back()->send(R"({"op":"next"})");  // and then nobody reads
+      clients.back()->send(R"({"op":"next"})");  // never read afterwards
     } catch (const std::exception&) {
       ++refused;
     }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files made from the declarations: the pages of docs/reference, docs/schema, man pages, completion.
+// Files generated from the declarations: the pages of docs/reference, docs/schema, man pages, completion.
 #include "tests/program.hpp"
 
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Expects the files that the program would write now.
+/// Expects the files to equal the output of the current program.
 void expect_fresh(const std::string& what, const std::string& place, const std::string& file = "") {
   const TemporaryFolder made;
   const Outcome outcome = shell("\"$TOFGRAPH\" manual " + what + " -o made", made.path());
@@ -21,7 +21,7 @@ void expect_fresh(const std::string& what, const std::string& place, const std::
 }
 
 TEST(Manual, ThePagesOfTheReferenceAreNotStale) { expect_fresh("reference", "docs/reference"); }
-TEST(Manual, TheSchemasAreNotStale) {  // the others are written by hand, and held to the program by tests/schemas.py
+TEST(Manual, TheSchemasAreNotStale) {  // others are hand-written and checked by tests/schemas.py
   expect_fresh("schemas", "docs/schema", "/pipeline.json");
   expect_fresh("schemas", "docs/schema", "/model.json");
 }
@@ -56,7 +56,7 @@ TEST(Manual, BashCompletesCommandsAndOptions) {
   EXPECT_EQ(completed("tofgraph run --fra", 2), "--frames\n");
   EXPECT_EQ(completed("tofgraph --quiet plugin check --stri", 4), "--strictness\n");
   EXPECT_THAT(completed("tofgraph run bash", 2), HasSubstr("bash-completion"));
-  EXPECT_EQ(completed("tofgraph man", 1), "\n");  // the command behind these files is not for users
+  EXPECT_EQ(completed("tofgraph man", 1), "\n");  // the command that generates these files is internal
 }
 
 }  // namespace

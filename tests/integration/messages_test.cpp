@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The catalogue of mistakes: each file in tests/fixtures/errors is wrong in one way (NAME.yaml is checked, NAME.args
-// are arguments of `run`, NAME.calibrate of `calibrate`), NAME.expected is what the user is told, to the letter.
+// Catalogue of errors: each file in tests/fixtures/errors is wrong in one way (NAME.yaml is checked, NAME.args are
+// arguments of `run`, NAME.calibrate of `calibrate`), NAME.expected is the exact message to the user.
 #include "tests/program.hpp"
 
 #include <algorithm>
@@ -32,7 +32,7 @@ TEST_P(Message, IsAsWritten) {
   if (!arguments.empty() && arguments.back() == '\n') arguments.pop_back();
   const Outcome outcome = shell("\"$TOFGRAPH\" " + arguments, folder);
   std::string said = outcome.err;
-  // The build folder first: it may lie inside the source's.
+  // The build folder first: it may lie inside the source folder.
   for (const auto& [path, word] :
        {std::pair<std::string, std::string>{TOFGRAPH_BINARY_DIR, "BUILD"}, {TOFGRAPH_SOURCE_DIR, "SOURCE"}}) {
     for (std::size_t at = 0; (at = said.find(path)) != std::string::npos;) said.replace(at, path.size(), word);

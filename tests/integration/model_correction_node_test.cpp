@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: ModelCorrectionNode.GivesThe*:ModelCorrectionNode.KnowsThe*
 // Rooms: plugins
-// model_correction as users write it: a model in place, a model of the profile, what explain says.
+// model_correction as written by users: an inline model, the model of the profile, output of explain.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>
@@ -28,7 +28,7 @@ class ModelCorrectionNode : public testing::Test {
         folder.path() / "model.yaml",
         "model: 1\neffects:\n  - {effect: wiggling, amplitude: 10 mm}\n  - {effect: lens_distortion, k1: -0.1}\n");
   }
-  /// Root mean square error of the depth against the board's, m.
+  /// Root mean square error of the depth relative to the board's, m.
   double rms() const {
     return nlohmann::json::parse(read_text(folder.path() / "out.json"))["inputs"][0]["rms"].get<double>();
   }
@@ -49,7 +49,7 @@ TEST_F(ModelCorrectionNode, TakesAModelInPlaceAndExplainSaysWhatBecomesOfEachEff
   EXPECT_LT(rms(), 20e-6);
 }
 
-/// A table is constant beyond its ends: that the time matters shows only between them.
+/// A table is constant beyond its ends: a dependence on the time is visible only between them.
 TEST_F(ModelCorrectionNode, LooksForAllTimesAtWhichAnEffectMayChange) {
   write_text(folder.path() / "times.csv", "0.5,20\n0.6,0\n");
   write_text(folder.path() / "model.yaml",
@@ -76,7 +76,7 @@ TEST_F(ModelCorrectionNode, KnowsTheExposuresOfTheFrames) {
   EXPECT_LT(rms(), 20e-6);
 }
 
-/// While the camera warms up tables are mixed: whichever frame comes first, the same bits come out.
+/// During warm-up, tables are interpolated: the result is bit-identical, whichever frame comes first.
 TEST_F(ModelCorrectionNode, GivesTheSameWithAnyNumberOfThreads) {
   write_text(folder.path() / "model.yaml",
              "model: 1\neffects: [{effect: warm_up, drift: 20 mm}, {effect: wiggling, amplitude: 5 mm}]\n");

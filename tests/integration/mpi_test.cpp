@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks of an MPI job give the same bits as one process.
+// Ranks of an MPI job give bit-identical results to a single process.
 // Slow: *
 // Rooms: diagnosis cli
-// Its tests share the campaign that SetUpTestSuite makes.
+// The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 
 using namespace tofgraph::tests;
@@ -33,7 +33,7 @@ class Mpi : public DividedCampaign {
 TEST_F(Mpi, RanksGiveTheSameReport) {
   for (const int ranks : {1, 2, 16}) {
     const std::string folder = "ranks" + std::to_string(ranks);
-    // Processes that knew nothing of each other would say it each.
+    // Processes that did not cooperate would each report it.
     EXPECT_EQ(count(done(start(ranks) + " reduce c/campaign.yaml -o " + folder + "_s").err, "12 reduced, 0 there"), 1U);
     done(start(ranks) + " diagnose --model ideal.yaml --data " + folder + "_s -o " + folder +
          " --confidence 2 --quiet");
@@ -56,7 +56,7 @@ TEST_F(Mpi, SaysWhatIsWrong) {
   EXPECT_FALSE(fs::exists(home() / "none"));
   EXPECT_THAT(run(start(2) + " diagnose --model ideal.yaml --data c/campaign.yaml -o none --time-limit '5 min'").err,
               HasSubstr("--time-limit: error:"));
-  // A condition that fails is named once, whichever rank has it and ends first: folders stand where files should.
+  // A failing condition is named once, whichever rank has it and ends first: folders block the names of files.
   done("$TOFGRAPH reduce c/campaign.yaml -o bad --quiet");
   for (const std::string& name : listing(home() / "bad")) {
     if (!name.ends_with(".stats")) continue;
@@ -73,7 +73,7 @@ TEST_F(Mpi, SaysWhatIsWrong) {
 
 TEST_F(Mpi, RanksThatAreKilledLeaveWholeFiles) {
   done("$TOFGRAPH reduce c/campaign.yaml -o one --quiet");
-  // One of two is killed as soon as the first file is there; mpirun then ends the other.
+  // One of two is killed as soon as the first file exists; mpirun then terminates the other.
   int code = 0;
   for (int k = 0; k < 10 && code != 137; ++k) {
     fs::remove_all(home() / "killed");

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What the host does for every sink's files, a third party's included; and streams that bring one channel twice.
+// Host handling of every sink's files, including third-party sinks; and streams that contain one channel twice.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>

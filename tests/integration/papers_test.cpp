@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The pipelines that correct: three papers, before and after.
+// The correction pipelines: three paper targets, before and after.
 #include "tests/program.hpp"
 
 #include <pcl/io/pcd_io.h>
@@ -30,7 +30,7 @@ class Papers : public testing::Test {
   fs::path folder = root.path() / "pipelines";
 };
 
-// Where the published camera saw three papers, and where they were.
+// Depths of three paper targets measured by the published camera, and their true distances.
 TEST_F(Papers, OffsetCorrectionBringsThreePapersToTheirPlaces) {
   const Outcome outcome = run("offset_correction.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -46,7 +46,7 @@ TEST_F(Papers, OffsetCorrectionBringsThreePapersToTheirPlaces) {
   }
 }
 
-/// The same papers, seen by a camera that warms up, whose waveform is no cosine, in which light leaks.
+/// The same targets, seen by a camera with warm-up, a non-sinusoidal waveform, and crosstalk.
 TEST_F(Papers, FullCorrectionBringsThemThereToo) {
   const Outcome outcome = run("full_correction.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -60,7 +60,7 @@ TEST_F(Papers, FullCorrectionBringsThemThereToo) {
   EXPECT_TRUE(fs::exists(folder / "out/full_correction/cloud_000001.pcd"));
 }
 
-/// From a file, with a calibrated lens in the place of the model's.
+/// From a file, with a calibrated lens replacing the model's.
 TEST_F(Papers, FullChainBringsThemThereToo) {
   const Outcome made = shell("\"$TOFGRAPH\" simulate scenes/papers_while_warming.yaml -o out/full_chain.h5", folder);
   ASSERT_EQ(made.exit_code, 0) << made.err;
@@ -77,7 +77,7 @@ TEST_F(Papers, FullChainBringsThemThereToo) {
     for (std::uint32_t row = 90; row <= 113; ++row)
       for (std::uint32_t column = paper.first; column <= paper.last; ++column, ++count)
         sum += double{points.at(column, row).z};
-    EXPECT_NEAR(sum / count, paper.depth - 0.0128, 2e-3);  // points count from the lens centre
+    EXPECT_NEAR(sum / count, paper.depth - 0.0128, 2e-3);  // points are relative to the lens centre
   }
 }
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Pipelines.EveryOne*
 // Rooms: plugins
-// The pipelines that come with the project, run as they are; what they make is compared with numbers from elsewhere.
+// The shipped pipelines, run unchanged; their results are compared with independent numbers.
 #include "tests/program.hpp"
 
 #include <hdf5.h>
@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 const fs::path pipelines = TOFGRAPH_SOURCE_DIR "/pipelines";
 
-/// A copy of the folder, so that outputs do not land in the source tree.
+/// A copy of the folder, so that outputs are not written to the source tree.
 class Pipelines : public testing::Test {
  protected:
   Pipelines() {
@@ -44,7 +44,7 @@ class Pipelines : public testing::Test {
   } folder;
 };
 
-/// A dataset of the recording, read with nothing but HDF5.
+/// A dataset of the recording, read directly with HDF5.
 std::vector<float> recorded(const char* name) {
   const hid_t file = H5Fopen((pipelines / "data/o3d303_scene.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   const hid_t set = H5Dopen2(file, name, H5P_DEFAULT);
@@ -95,12 +95,12 @@ TEST_F(Pipelines, QuickstartGivesTheCamerasOwnCloudTo4Millimetres) {
   const auto provenance = nlohmann::json::parse(read_text(folder.path() / "out/quickstart/cloud.provenance.json"));
   EXPECT_EQ(provenance["camera"]["name"], "o3d303");
   EXPECT_EQ(provenance["stages"][0]["stage"], "capture_reader");
-  // The hash of the recording, as sha256sum gives it.
+  // Hash of the recording, as computed by sha256sum.
   const std::string sum = shell("sha256sum data/o3d303_scene.h5", folder.path()).out.substr(0, 64);
   EXPECT_EQ(provenance["stages"][0]["files"][0]["sha256"], sum);
 }
 
-/// Who tries the examples has a clean tree afterwards.
+/// Running the examples leaves the source tree clean.
 TEST(OutputsOfTheExamples, AreIgnoredByGit) {
   const fs::path source = TOFGRAPH_SOURCE_DIR;
   if (shell("git rev-parse --git-dir", source).exit_code != 0) GTEST_SKIP() << "no repository";
@@ -120,7 +120,7 @@ TEST_F(Pipelines, IdealBoardIsAPlaneAt500Millimetres) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       const double z = 0.5 - 0.0128, column = static_cast<double>(i % 204) - 101.5,
                    row = static_cast<double>(i / 204) - 101.5;
-      ASSERT_NEAR(points[i].z, z, 5e-6);  // the decoded phase is a float: 1 um at 500 mm
+      ASSERT_NEAR(points[i].z, z, 5e-6);  // the decoded phase is a float: resolution 1 um at 500 mm
       ASSERT_NEAR(points[i].x, column / 320 * z, 5e-6);
       ASSERT_NEAR(points[i].y, row / 320 * z, 5e-6);
     }
@@ -165,7 +165,7 @@ TEST_F(Pipelines, CompareModelsGivesTheReferencesFigures) {
   EXPECT_EQ(found, 4U);
 }
 
-/// The cells of a line of a table.
+/// Cells of a table line.
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream row(line);
@@ -232,7 +232,7 @@ TEST_F(Pipelines, RawDumpToCloudDecodesADumpWrittenByteByByte) {
   pcl::fromPCLPointCloud2(read, points);
   double sum = 0;
   for (const auto& p : points) {
-    EXPECT_NEAR(p.z, 1 - 0.0128, 2e-3);  // taps are whole counts: 1 of 1000 is 1.2 mm
+    EXPECT_NEAR(p.z, 1 - 0.0128, 2e-3);  // taps are integers: 1 count of 1000 is 1.2 mm
     EXPECT_NEAR(p.intensity, 1000, 2);
     sum += p.z / static_cast<double>(points.size());
   }
@@ -269,7 +269,7 @@ TEST_F(Pipelines, TheShippedDumpIsWhatItsSceneGives) {
   const auto count = [](const std::string& bytes, std::size_t at) {
     return static_cast<unsigned char>(bytes[at]) * 256 + static_cast<unsigned char>(bytes[at + 1]);
   };
-  for (std::size_t at = 0; at < shipped.size(); at += 2)  // another mathematics library may round one count otherwise
+  for (std::size_t at = 0; at < shipped.size(); at += 2)  // another math library may round one count differently
     ASSERT_LE(std::abs(count(shipped, at) - count(again, at)), 1) << "at byte " << at;
 }
 

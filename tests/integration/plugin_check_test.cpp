@@ -3,7 +3,7 @@
 // Slow: Misbehaviour/*:Broken/*:BuiltIn/*:PluginCheck.NothingWrong*:PluginCheck.ACrash*
 // Slow: PluginCheck.Finds*
 // Rooms: conformance plugins graph cli
-// `plugin check`: each misbehaviour is found by its check and told by its sentence; what is right passes.
+// `plugin check`: each misbehaviour is found by its check and reported with its sentence; correct plugins pass.
 #include "tests/program.hpp"
 
 #include <gmock/gmock.h>
@@ -119,7 +119,7 @@ TEST(PluginCheck, EveryMisbehaviourIsTested) {
   std::set<std::string> made;
   for (const Case& one : cases) tested.insert(one.file());
   for (const Case& one : broken) {
-    if (std::string_view(one.folder) != "misuse") tested.insert(one.file());  // all of misuse is tested below
+    if (std::string_view(one.folder) != "misuse") tested.insert(one.file());  // all cases of misuse are tested below
   }
   for (const char* folder : {"misbehaviour", "broken", "broken_effects", "crashing", "noisy"}) {
     for (const auto& entry : std::filesystem::directory_iterator(std::string(TOFGRAPH_BINARY_DIR "/tests/") + folder))
@@ -160,7 +160,7 @@ TEST(PluginCheck, NothingWrongPassesAtTheHighestStrictness) {
     EXPECT_EQ(report.at("failed"), 0);
     EXPECT_EQ(report.at("seed"), 1);
     for (const auto& one : report.at("checks")) {
-      const bool steady = one.at("name") == "steady";  // it makes no such promise
+      const bool steady = one.at("name") == "steady";  // it does not declare that property
       EXPECT_EQ(one.at("result"), steady ? "skipped" : "passed") << one;
     }
   }
@@ -202,7 +202,7 @@ TEST(PluginCheck, WrongUseIsTold) {
   expect_refused(well + " --set size", "'size' is not PARAMETER=VALUE");
 }
 
-/// Values of plugins that need some; $CAPTURE is a recording.
+/// Parameter values of plugins that require some; $CAPTURE is a recording.
 const std::map<std::string, std::string> settings = {
     {"filter_channels", "--set 'drop=[amplitude]'"},
     {"filter_orient", "--set turn=180"},

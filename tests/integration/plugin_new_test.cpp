@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: sdk graph cli conformance
-// `plugin new` with the installed package alone: what it makes builds, passes its test and `plugin check` as it is.
+// `plugin new` with the installed package alone: its output builds, passes its test and `plugin check` unchanged.
 #include "tests/installed.hpp"
 
 #include <gmock/gmock.h>
@@ -22,14 +22,14 @@ class Project : public PluginNew, public testing::WithParamInterface<std::tuple<
   const std::string kind = std::get<1>(GetParam()), language = std::get<0>(GetParam());
   const std::string library = "made/tofgraph_" + kind + "_first_try.so";
 
-  /// Those that are installed, for the language.
+  /// Installed compilers for the language.
   std::vector<std::string> compilers() const {
     std::vector<std::string> all = {"g++ -std=c++20", "clang++ -std=c++20"};
     if (language == "c") all = {"gcc -std=c99 -pedantic", "clang -std=c99 -pedantic"};
     std::erase_if(all, [&](const std::string& one) { return !is_there(one.substr(0, one.find(' '))); });
     return all;
   }
-  /// The command that makes the library.
+  /// Command that builds the library.
   std::string built(const std::string& compiler) const {
     return "mkdir -p made && " + compiler +
            " -Wall -Wextra -Werror -shared -fPIC -fvisibility=hidden $(pkg-config --cflags tofgraph) "
@@ -51,7 +51,7 @@ TEST_P(Project, BuildsAndPassesItsTestsAsItIs) {
   EXPECT_EQ(checked.exit_code, 0) << checked.out;
 }
 
-/// The compilers and levels of optimisation; a plugin in C is one of C99.
+/// All compilers and optimisation levels; a C plugin is C99.
 TEST_P(Project, IsTheSameWithEveryCompiler) {
   succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
   for (const std::string& compiler : compilers()) {
@@ -63,8 +63,8 @@ TEST_P(Project, IsTheSameWithEveryCompiler) {
   }
 }
 
-/// Its test under the sanitizers of addresses, leaks and undefined behaviour. The programs of tofgraph are not
-/// sanitized, so that the sanitizer's library is loaded before them.
+/// The project's test under the address, leak and undefined behaviour sanitizers. The tofgraph programs are not
+/// sanitized, so the sanitizer's library is preloaded.
 TEST_P(Project, PassesItsTestUnderSanitizers) {
   succeeds("$PREFIX/bin/tofgraph --quiet plugin new first_try --kind " + kind + " --language " + language);
   std::string missing;
@@ -81,7 +81,7 @@ TEST_P(Project, PassesItsTestUnderSanitizers) {
     succeeds(built(compiler + flags));
     succeeds((clang ? "clang++" : "g++") + flags +
              " -std=c++20 first_try/first_try_test.cpp $(pkg-config --cflags --libs tofgraph) -o made/test");
-    // Its name has the architecture or a version, by compiler: the one that the test needs.
+    // Its name contains the architecture or a version, depending on the compiler: the one that the test needs.
     const std::string runtime =
         compiler.substr(0, compiler.find(' ')) +
         " -print-file-name=$(readelf -d made/test | sed -n 's/.*NEEDED.*\\[\\(lib.*asan[^]]*\\).*/\\1/p')";

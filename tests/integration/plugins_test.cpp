@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PluginCache.DamagedEntries*
 // Rooms: graph cli
-// Plugins that are wrong on purpose: each is refused by name and reason, none takes the program down.
+// Deliberately faulty plugins: each is rejected with name and reason, none crashes the program.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PoseCommand.*
 // Rooms: calibration cli
-// Poses before simulated chessboards, against the scene; and the way of a pose into a cloud.
+// Poses from simulated chessboards, compared with the scene; and application of a pose to a cloud.
 #include "tests/program.hpp"
 
 #include <pcl/conversions.h>
@@ -53,7 +53,7 @@ class PoseCommand : public testing::Test {
             "--force");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   }
-  /// The profile camcube2 with a fisheye that sees 75 deg to each side.
+  /// The profile camcube2 with a fisheye of 75 deg to each side.
   void write_wide_camera() const {
     std::string text = read_text(std::filesystem::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml");
     for (const auto& [line, by] : {std::pair{"name: camcube2.*", "name: wide"},
@@ -103,9 +103,9 @@ TEST_F(PoseCommand, IsThatOfTheSceneForEveryTiltAndNeverTurned) {
     simulate(x, y, 0);
     const Pose pose = find();
     const Matrix truth = board_rotation(x * degree, y * degree);
-    // A corner that is off by 0.1 px in a pattern of 47 px changes the foreshortening as 0.4 deg of tilt do.
+    // A corner error of 0.1 px in a pattern of 47 px changes the foreshortening like a tilt of 0.4 deg.
     EXPECT_LT(difference(pose.rotation, truth), 0.5) << x << " deg, " << y << " deg";
-    // The pattern's middle is on the axis, 900 mm from the sensor plane; the optical centre is 12.8 mm before it.
+    // The pattern's centre is on the axis, 900 mm from the sensor plane; the optical centre is 12.8 mm before it.
     Vector expected{};
     for (std::size_t i = 0; i < 3; ++i) expected[i] = -truth[6 + i] * (900 - 12.8);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(pose.translation[i], expected[i], 8) << "axis " << i;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// When the provenance is made, and what it says of files that are gone.
+// Time at which the provenance is computed, and its content for files that no longer exist.
 #include <hdf5.h>
 
 #include "config/paths.hpp"
@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A dump of two frames goes into a sink; the graph can be looked at before and after the run.
+/// A dump of two frames into a sink; the graph is accessible before and after the run.
 class Provenance : public testing::Test {
  protected:
   Provenance() {
@@ -59,7 +59,7 @@ TEST_F(Provenance, OfACaptureHasTheHashOfItsInput) {
   EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), sum());
 }
 
-/// Hashes of a run are kept when the file is gone.
+/// Hashes of a run are kept after the file is deleted.
 TEST_F(Provenance, IsMadeBesideTheRunOnlyWhereItIsWritten) {
   const std::string expected = sum();
   for (const bool writes : {true, false}) {
@@ -74,7 +74,7 @@ TEST_F(Provenance, IsMadeBesideTheRunOnlyWhereItIsWritten) {
 TEST_F(Provenance, OfAnInputThatVanishedIsNullAndTold) {
   const auto built = build("capture_writer path=" + capture.string());
   fs::remove(dump);
-  EXPECT_EQ(graph::Runner(*built, {}).run().error, "");  // it was open
+  EXPECT_EQ(graph::Runner(*built, {}).run().error, "");  // it was already open
   EXPECT_EQ(hash_in(nlohmann::json::parse(provenance_in(capture))), nlohmann::json());
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_EQ(warnings.front(), "pmd_raw_reader: the hash of " + dump.string() +

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *PutAside.WhereverItStands*
 // Rooms: diagnosis simulation
-// Conditions that are put aside: whichever they are, and wherever they stand in the file, the search goes on with the
+// Excluded conditions: whichever they are, and wherever they are in the file, the search continues with the
 // others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,9 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using tests::write_text;
 
-/// Distances that a search holds out one at a time.
+/// Distances that a search holds out one by one.
 constexpr std::array depths = {0.8, 1.3, 1.9, 2.6, 3.4};  // m
-/// A camera that wiggles: what it shows too much of a depth.
+/// A camera with wiggling: its distance error at a depth.
 double wiggle(double depth) { return 6e-3 * std::sin(4 * depth); }
 
 /// Five boards on a rail, as captures or as a table of their means.
@@ -51,7 +51,7 @@ class PutAside : public testing::TestWithParam<const char*> {
   static void TearDownTestSuite() { folder.reset(); }
   static fs::path path(const std::string& name) { return folder->path() / name; }
 
-  /// The campaign's file with another condition first, the others after it in their order.
+  /// The campaign file with another condition first, the others after it in their original order.
   static fs::path campaign_from(std::size_t first) {
     const auto from = static_cast<std::ptrdiff_t>(first);
     if (GetParam() == std::string("table")) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Align.ATilted*:Align.APlan*
 // Rooms: recording cli
-// Alignment of a board by the depths in the image's corners: sections 5.6, 6.3 and 7.3 of the reference.
+// Alignment of a board using the depths in the image corners: sections 5.6, 6.3 and 7.3 of the reference.
 #include "tests/program.hpp"
 
 #include <array>
@@ -57,7 +57,7 @@ TEST_F(Align, EqualCornersMeanAPerpendicularBoard) {
 TEST_F(Align, ATiltedBoardHasCornersAtOtherDepths) {
   board(", tilt_y: 2 deg");
   const auto c = corners(look().err);
-  // The middle of a corner's window is 96.5 px off the axis: tan of the ray's angle 96.5 x 40 um / 12.8 mm.
+  // The centre of a corner window is 96.5 px off the axis: tan of the ray's angle 96.5 x 40 um / 12.8 mm.
   const double ray = 96.5 * 40e-6 / 12.8e-3, slope = std::tan(2 * std::acos(-1.0) / 180);
   const double near = 1000 / (1 + slope * ray), far = 1000 / (1 - slope * ray);
   EXPECT_NEAR(std::min(c[0], c[1]), near, 1.5);

@@ -4,7 +4,7 @@
 // Slow: RecordCampaign.WhatIs*:RecordPlan.ASimulated*:RecordPlan.GoesOn*:RecordPlan.IsRecorded*
 // Slow: RecordPlan.RefusesCaptures*:RecordPlan.SeesWhen*
 // Rooms: recording io devices
-// `tofgraph record --plan`: a person, in the form of a script, sets up the board before a simulated camera.
+// `tofgraph record --plan`: a script acts as the operator who sets up the board in front of a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -44,8 +44,8 @@ class RecordPlan : public testing::Test {
     return nlohmann::json::parse(outcome.out);
   }
 
-  /// Every condition once, with all its frames, recorded one after the other, and the board where it belongs: by the
-  /// light of its middle pixel, which in closed form is that of the profile's gain.
+  /// Expects every condition once, with all its frames, recorded one after the other, with the board at its true
+  /// position: by the light of its centre pixel, computed in closed form from the profile's gain.
   void expect_complete() const {
     config::Diagnostics diagnostics;
     const io::Campaign campaign = io::read_campaign(folder.path() / "out/campaign.yaml", diagnostics);
@@ -61,7 +61,7 @@ class RecordPlan : public testing::Test {
       const auto taps = raw_values<std::uint16_t>(condition.capture, "/frames/taps");
       double light = 0;
       for (std::size_t k = 0; k < 8; ++k) light += taps[k * 204 * 204 + 102 * 204 + 102] / 8.0;
-      // I = gain rho t / D_t^2 of the mean path; at a contrast of 0.5 a tap's mean.
+      // I = gain rho t / D_t^2 with the mean path; at a contrast of 0.5 this is the mean of a tap.
       const double path = std::hypot(condition.board_distance, 0.05) + condition.board_distance;
       EXPECT_NEAR(light, 7e6 * 0.5 * condition.integration_time / (path * path), 0.1 * light + 3) << condition.id;
     }
@@ -116,7 +116,7 @@ TEST_F(RecordPlan, RefusesCapturesOfAnotherPlan) {
   expect_words(outcome.err, {"was not recorded by this plan", "choose another folder"});
 }
 
-/// A campaign before a board of the world that stands where it stands.
+/// A campaign in front of a fixed board.
 class RecordCampaign : public testing::Test {
  protected:
   void SetUp() override { world(1000); }
@@ -134,7 +134,7 @@ class RecordCampaign : public testing::Test {
               " mm}}\n";
     write_text(folder.path() / "plan.yaml", text);
   }
-  /// @param answers one a line, as printf takes them
+  /// @param answers one per line, as printf takes them
   Outcome record(const std::string& answers, const std::string& options = "", int frames = 2) const {
     return shell("printf '" + answers +
                      "' | \"$TOFGRAPH\" record --plan plan.yaml --camera simulated:world.yaml -o out " + options +
@@ -151,20 +151,20 @@ class RecordCampaign : public testing::Test {
 
 TEST_F(RecordCampaign, ABoardThatNobodyMovedIsNotRecordedAsMoved) {
   plan({{"a", 1000}, {"b", 1020}, {"c", 1200}});
-  // The first is confirmed; 20 mm more nobody sees, so that it asks again, and nobody answers.
+  // The first is confirmed; a further 20 mm cannot be detected, so the program asks again and gets no answer.
   const Outcome first = record("\\n", "--still");
   EXPECT_EQ(first.exit_code, 1) << first.err;
   expect_words(first.err,
                {"nobody can see here whether it was moved", "1 of 3 conditions recorded", "standard input has ended"});
   EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
-  // Gone on with: where the board stands is not known any more.
+  // After a restart the position of the board is unknown.
   EXPECT_EQ(record("", "--still").exit_code, 1);
   EXPECT_EQ(record("skip\\n", "--still").exit_code, 1);
   EXPECT_EQ(captures(), std::vector<std::string>{"a.h5"});
-  // A change that shows is waited for: it does not come.
+  // A detectable change is awaited: it does not happen.
   plan({{"a", 1000}, {"b", 1045}});
   std::filesystem::remove_all(folder.path() / "out");
-  // Interrupted only once it has said so, however long it takes to come there.
+  // Interrupted only after this message, however long it takes.
   shell(
       "mkfifo answers; \"$TOFGRAPH\" record --plan plan.yaml --camera simulated:world.yaml -o out --frames 2 --still "
       "<answers 2>err.txt & exec 3>answers; echo >&3; " +

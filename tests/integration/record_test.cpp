@@ -3,7 +3,7 @@
 // Alone: cameras keep their own time
 // Slow: Record.AKilled*:Record.ACut*:Record.WhatIs*:Record.WritesThe*
 // Rooms: recording io devices
-// `tofgraph record`, `repair` and `info` as a user runs them, before a simulated camera.
+// `tofgraph record`, `repair` and `info` as a user runs them, with a simulated camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -56,7 +56,7 @@ TEST_F(Record, WritesTheFramesOfACameraWithItsSettings) {
 TEST_F(Record, StopsAfterATime) {
   EXPECT_EQ(run(record + "-o a.h5 --for '500 ms'").exit_code, 0);
   const std::size_t frames = raw_values<double>(file("a.h5"), "/frames/integration_time_s").size();
-  EXPECT_GT(frames, 20U);  // 41 on a machine that has time
+  EXPECT_GT(frames, 20U);  // 41 on a machine that is not busy
   EXPECT_LT(frames, 80U);
 }
 
@@ -70,7 +70,7 @@ TEST_F(Record, AnInterruptLeavesAWholeCapture) {
   EXPECT_FALSE(fs::exists(file("a.h5.part")));
 }
 
-/// Frames that other programs see in a recording that runs; 0 where it has just begun.
+/// Number of frames that other programs see in an unfinished recording; 0 if it has just begun.
 std::size_t frames_seen(const std::string& part) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const hid_t capture = H5Fopen(part.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
@@ -88,7 +88,7 @@ std::int64_t now_ns() {
       .count();
 }
 
-/// Kills a recording of two seconds at random moments from the first frame on, and as it ends.
+/// Kills a recording of two seconds at random times from the first frame on, and as it ends.
 TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
   constexpr std::size_t all = 160;
   std::mt19937 random(20);
@@ -137,13 +137,13 @@ TEST_F(Record, AKilledRecorderLosesNoFrameThatWasSeenAndNoneOlderThanASecond) {
   std::ranges::sort(ages);
   std::printf("%d recordings were cut off, %d had their name; the last frame was at most %.2f s old, median %.2f s\n",
               cut, whole, ages.back(), ages[ages.size() / 2]);
-  // A computer that is busy now and then gives the recorder no time for a second, or the camera's queue gets full.
+  // On a busy computer the recorder may get no processor time for a second, or the camera's queue may overflow.
   EXPECT_LE(gaps, 6);
   EXPECT_LT(ages[ages.size() * 3 / 4], 1);
   EXPECT_LT(ages.back(), 5);
 }
 
-/// Recordings made by `record`, by capture_writer, and by a recorder that was killed.
+/// Recordings by `record`, by capture_writer, and by a killed recorder.
 TEST_F(Record, ACutRecordingIsRepairedAndItsLossIsTold) {
   ASSERT_EQ(run(record + "-o recorded.h5 --frames 20 --set capture.compression=1").exit_code, 0);
   ASSERT_EQ(
@@ -232,14 +232,14 @@ TEST_F(Record, TheIntegrationTimeChangesBetweenFrames) {
   const auto taps = raw_values<std::uint16_t>(file("a.h5"), "/frames/taps");
   EXPECT_DOUBLE_EQ(times.front(), 0.5e-3);
   EXPECT_EQ(std::set<double>(times.begin() + 10, times.end()).size(), 1U) << "it settles";
-  // Light and time go together: 8 taps of the middle pixel, whose sum is proportional to the time.
+  // Light and time correspond: the sum of the 8 taps of the centre pixel is proportional to the time.
   const auto light = [&](std::size_t frame) {
     double sum = 0;
     for (std::size_t k = 0; k < 8; ++k) sum += taps[(frame * 8 + k) * 204 * 204 + 102 * 204 + 102];
     return sum;
   };
   EXPECT_NEAR(light(29) / light(0), times[29] / times[0], 0.05 * times[29] / times[0]);
-  EXPECT_GT(light(29) / 8, 1000);  // mean tap = amplitude of a contrast of 0.5
+  EXPECT_GT(light(29) / 8, 1000);  // mean tap = amplitude at a contrast of 0.5
   EXPECT_LT(light(29) / 8, 8000);
 }
 

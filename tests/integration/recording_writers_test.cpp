@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: RecordingWriters.ARecordingSurvives*
 // Rooms: foreign plugins
-// Captures written for other programs and read again; NumPy and the reference implementation of MCAP read them, too.
+// Captures written for other programs and read back; NumPy and the reference implementation of MCAP also read them.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Bad input of reduce, merge and diagnose of statistics: one clear error each.
+// Invalid input of reduce, merge and diagnose with statistics: one clear error each.
 // Slow: ReduceMistakes.*Searches*:ReduceMistakes.*HaveChanged:ReduceMistakes.*HasChanged:ReduceMistakes.Merge*
 // Rooms: diagnosis simulation
 #include "tests/reduced_campaign.hpp"
@@ -38,7 +38,7 @@ TEST_F(ReduceMistakes, RefusesCapturesThatHaveChanged) {
   done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 1/2");
   done("$TOFGRAPH reduce changed/campaign.yaml --quiet -o changed_s --shard 2/2");
   const std::string name = listing(home() / "changed/captures").front();
-  done("touch changed/captures/" + name);  // another time and the same content is no change
+  done("touch changed/captures/" + name);  // a new time stamp with the same content is no change
   done("$TOFGRAPH merge --quiet changed_s");
   damage(home() / "changed/captures" / name, 300000);
   const Outcome merge = run("$TOFGRAPH merge changed_s");
@@ -52,7 +52,7 @@ TEST_F(ReduceMistakes, RefusesACampaignThatHasChanged) {
   done("$TOFGRAPH reduce edited/campaign.yaml --quiet -o edited_2 --shard 1/2");
   done("sed -i 's/600 mm/601 mm/' edited/campaign.yaml");
   EXPECT_THAT(run("$TOFGRAPH merge edited_2").err, HasSubstr("has changed since shard 1/2 was reduced"));
-  // Places of boards are not in the statistics: none is made again.
+  // Board poses are not stored in the statistics: none is recomputed.
   EXPECT_THAT(done("$TOFGRAPH reduce edited/campaign.yaml -o edited_s").err, HasSubstr("0 reduced, 12 there before"));
 }
 

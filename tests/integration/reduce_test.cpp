@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Campaigns in parts: statistics in place of captures, shards in any order, kills, full disks, and the same bits.
+// Campaigns in parts: statistics instead of captures, shards in any order, kills, full disks; bit-identical results.
 // Slow: Reduce.*SameReport*:Reduce.*SameFiles*:Reduce.*Killed*:Reduce.*Cases*
 // Slow: Reduce.*ShardsOf*:Reduce.Simulates*:Reduce.Redoes*
 // Rooms: diagnosis simulation
@@ -24,7 +24,7 @@ TEST_F(Reduce, SameReportFromStatisticsAsFromCaptures) {
 }
 
 TEST_F(Reduce, SameReportWithPatternsOfPixels) {
-  // A fixed pattern is estimated pixel by pixel, which needs every pixel's sums.
+  // A fixed pattern is estimated per pixel, which requires every pixel's sums.
   std::string scene = read_text(home() / "scene.yaml");
   write_text(home() / "map.py",
              "import struct, random\nr = random.Random(5)\nn = 204 * 204\n"
@@ -45,7 +45,7 @@ TEST_F(Reduce, SameReportWithPatternsOfPixels) {
 }
 
 TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
-  // Also with a profile beside the campaign, which the folder of statistics refers to.
+  // Also with a profile beside the campaign, referenced by the folder of statistics.
   copy("c", "shared");
   done("sed 's/^name: .*/name: camcube2/' " TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml > shared/my.yaml");
   std::string text = "campaign: 1\ncamera: ./my.yaml\nconditions:\n";
@@ -149,7 +149,7 @@ TEST_F(Reduce, CasesOfShardsGiveTheSameReport) {
 }
 
 TEST_F(Reduce, KilledTasksLoseNothing) {
-  // Random kills of `reduce` and starting again: no whole file is made twice, none is lost.
+  // Random kills and restarts of `reduce`: no complete file is computed twice, none is lost.
   std::mt19937 generator(11);
   std::uniform_real_distribution<double> when(0.01, 0.35);
   std::map<std::string, fs::file_time_type> whole;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Report.TheTables*:Report.TheProtocol*
 // Rooms: report calibration
-// The command `report`: tables 5.1 to 5.3 of the reference, and parts of an error that are known.
+// The command `report`: tables 5.1 to 5.3 of the reference, and known contributions to an error.
 #include "tests/program.hpp"
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ class Report : public testing::Test {
  protected:
   Outcome run(const std::string& command) const { return shell("\"$TOFGRAPH\" " + command, folder.path()); }
 
-  /// Simulates a scene and reports on it.
+  /// Simulates a scene and runs report on it.
   nlohmann::json report(const std::string& scene, const std::string& more = {}) const {
     write_text(folder.path() / "scene.yaml", scene);
     const Outcome simulated = run("simulate scene.yaml -o data --quiet --force");
@@ -37,8 +37,8 @@ struct Published {
   double optimized, measured, measured_sd, perpendicular, perpendicular_sd, simple;  // mm
 };
 
-/// The boards stand where the optimized model found the real ones, 500 mm is said; the single-source columns of the
-/// simple model count from the lens centre, 12.8 mm in front of the sensor: so do the tables.
+/// The boards are where the optimized model measured the real ones, nominally 500 mm; the single-source columns of the
+/// simple model are relative to the lens centre, 12.8 mm in front of the sensor, as in the tables.
 TEST_F(Report, TheTablesOfTheThreeModelsAreThoseOfTheReference) {
   constexpr double unknown = NAN, lens = 12.8;
   const std::array<Published, 3> tables = {{{"both", 505.02, 523.57, 10.89, 513.16, 5.66, 505.07},
@@ -62,10 +62,10 @@ TEST_F(Report, TheTablesOfTheThreeModelsAreThoseOfTheReference) {
     EXPECT_NEAR(mean(depth["optimized_bistatic"]), t.optimized, 0.01);
     EXPECT_LT(sd(depth["optimized_bistatic"]), 0.01);
     EXPECT_NEAR(mean(depth["simple_bistatic"]), t.simple, 0.1) << t.sources;
-    // The real board of table 5.3 was 1.1 mm farther in the mean of the raw distances than paths say.
+    // The real board of table 5.3 was 1.1 mm farther in the mean of the raw distances than the paths imply.
     EXPECT_NEAR(mean(condition["measured_distance"]), t.measured, std::string(t.sources) == "both" ? 1.2 : 0.1);
     if (std::isnan(t.perpendicular)) continue;
-    constexpr double noise = 2.77;  // published of the corrected depth; independent of the shapes
+    constexpr double noise = 2.77;  // published sd of the corrected depth; independent of the shapes
     EXPECT_NEAR(mean(depth["perpendicular_illumination"]), t.perpendicular, 0.9);
     EXPECT_NEAR(std::hypot(sd(depth["perpendicular_illumination"]), noise), t.perpendicular_sd, 0.25);
     EXPECT_NEAR(std::hypot(sd(condition["measured_distance"]), noise), t.measured_sd, 0.45);
@@ -86,9 +86,9 @@ TEST_F(Report, PartsOfTheErrorAreToldApart) {
     }
     return std::nan("");
   };
-  // 20 mm ln(t / 1 ms) of the half path is nearly as much of the depth: levels -13.9, 0, 13.9, 27.7 mm.
+  // 20 mm ln(t / 1 ms) of the half path is nearly the same in depth: levels -13.9, 0, 13.9, 27.7 mm.
   const double step = 20e-3 * std::log(2.0);
-  // The sd of four equal steps about their mean; oblique rays and lamps make 1.5 to 4 % less depth than half path.
+  // Standard deviation of four equal steps about their mean; oblique rays and lamps reduce it by 1.5 to 4 % in depth.
   EXPECT_NEAR(part("integration time") / (step * std::sqrt(1.25)), 0.972, 0.013);
   EXPECT_NEAR(part("mean error"), step / 2, 0.05 * step);
   EXPECT_LT(part("target"), 0.3e-3);

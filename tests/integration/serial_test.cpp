@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Serial numbers travel from a recording to what is made from it, and another device's calibration is refused.
+// Serial numbers are passed on from a recording to derived files, and another device's calibration is rejected.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -61,7 +61,7 @@ TEST_F(Serial, IsKeptByARecordingOfAPipeline) {
   EXPECT_THAT(tofgraph("info out.h5").out, HasSubstr("serial: L7-042"));
 }
 
-/// Captures of a nominal CamCube before a board, four frames: the search needs more pixels than the small camera has.
+/// Four-frame captures of a board by a nominal CamCube: the search needs more pixels than the small camera has.
 void record_camcube(const std::filesystem::path& file, const std::string& serial) {
   std::vector<float> distance(plain_pixels);
   for (std::size_t i = 0; i < plain_pixels; ++i)

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Simulate.TheTruth*
 // Rooms: simulation io
-// `tofgraph simulate`: what it writes, what it refuses, that its frames repeat.
+// `tofgraph simulate`: its output, rejected input, repeatability of its frames.
 #include <gtest/gtest.h>
 
 #include "io/campaign.hpp"
@@ -47,14 +47,14 @@ TEST(Simulate, ASequenceMakesACampaignThatIsRight) {
   const io::Campaign campaign = io::read_campaign(folder.path() / "out/campaign.yaml", diagnostics);
   ASSERT_TRUE(diagnostics.ok()) << diagnostics.text();
   ASSERT_EQ(campaign.conditions.size(), 4U);
-  // The last key is the fastest.
+  // The last key varies fastest.
   EXPECT_DOUBLE_EQ(campaign.conditions[1].board_distance, 1);
   EXPECT_DOUBLE_EQ(campaign.conditions[1].integration_time, 1e-3);
   EXPECT_DOUBLE_EQ(campaign.conditions[2].board_distance, 2);
   const io::CaptureReader near_board(campaign.conditions[0].capture), far_board(campaign.conditions[2].capture);
   EXPECT_EQ(near_board.frames(), 3U);
   EXPECT_DOUBLE_EQ(near_board.metadata(2).integration_time, 0.5e-3);
-  // In the middle: amplitude = gain rho t / D_t^2, D_t = hypot(Z, 50 mm) + Z
+  // At the centre: amplitude = gain rho t / D_t^2, D_t = hypot(Z, 50 mm) + Z
   for (const auto& [capture, z] : {std::pair{&near_board, 1.0}, std::pair{&far_board, 2.0}}) {
     const auto phases = read<float>(*capture, "phases", 0);
     constexpr std::size_t n = 204 * 204, middle = 101 * 204 + 101;
@@ -103,7 +103,7 @@ TEST(Simulate, TheTruthIsThereAndDoesNotStandInTheWay) {
   EXPECT_FLOAT_EQ(depth[101 * 204 + 101], 0.9F);
   EXPECT_FLOAT_EQ(points[2], 2 - 0.0128F) << "the optical frame begins at the lens";
   EXPECT_FLOAT_EQ(reflectivity[0], 0.85F);
-  // taps and phases are of the same frames: A - B is the sample up to the rounding of both taps, noise apart
+  // taps and phases are from the same frames: A - B is the sample up to the rounding of both taps, without noise
   const auto taps = read<std::uint16_t>(capture, "taps", 0);
   EXPECT_GT(*std::max_element(taps.begin(), taps.end()), 500);
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: io plugins
-// Captures state the light sources that were on, and the distance models use these alone. The board is that of
-// tables 5.1 and 5.2 of the reference: one of the two LED arrays is on.
+// Captures state the light sources that were on, and the distance models use only these. The board is that of tables
+// 5.1 and 5.2 of the reference: one of the two LED arrays is on.
 #include "tests/program.hpp"
 
 #include <hdf5.h>
@@ -47,7 +47,7 @@ class Sources : public testing::Test {
   struct Depth {
     double mean, sd;  ///< m
   };
-  /// Mean and deviation over all pixels of the depth by the optimized bistatic model.
+  /// Mean and standard deviation over all pixels of the depth from the optimized bistatic model.
   Depth corrected(const std::string& reader) const {
     const Outcome outcome =
         run("run \"" + reader + " ! four_phase_decoder ! optimized_bistatic ! statistics path=depth.json\" --force");

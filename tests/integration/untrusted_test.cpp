@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Untrusted.EndsWhileItWaitsForAnInput
 // Rooms: cli
-// run --untrusted: limits for a pipeline that somebody else wrote.
+// run --untrusted: limits for pipelines from untrusted sources.
 #include "tests/small_capture.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ class Untrusted : public testing::Test {
     capture.write(inner() / "a.h5");
   }
   std::filesystem::path inner() const { return folder_.path() / "received"; }
-  /// Runs a pipeline of a reader and these nodes from the folder above its own.
+  /// Runs a pipeline of a reader and these nodes from the parent of its folder.
   tests::Outcome run(const std::string& nodes, const std::string& options = "") const {
     tests::write_text(inner() / "p.yaml",
                       "pipeline: 1\ncamera: ./tiny.yaml\nnodes:\n"
@@ -113,7 +113,7 @@ TEST_F(Untrusted, LimitsTime) {
   EXPECT_TRUE(std::filesystem::exists(folder_.path() / "s.json"));
 }
 
-// A pipe that nobody writes to: the run waits for it before its first frame.
+// A pipe without a writer: the run waits for it before its first frame.
 TEST_F(Untrusted, EndsWhileItWaitsForAnInput) {
   const tests::Outcome outcome = tests::shell(
       "mkfifo a.raw; $TOFGRAPH run --untrusted --time-limit '200 ms' 'pmd_raw_reader file=a.raw ! null' --camera "

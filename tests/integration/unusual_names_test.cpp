@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: UnusualNames.BracesAnd*:UnusualNames.TruthIs*
 // Rooms: graph cli
-// Folders, files, cameras and words that are unusual but legal; and filters and keys that cannot be read, named.
+// Unusual but legal folders, files, cameras and words; and unreadable filters and keys, which are named.
 #include <hdf5.h>
 #include <nlohmann/json.hpp>
 
@@ -165,7 +165,7 @@ TEST_F(UnusualNames, ExplainShowsAMapOfPixels) {
   EXPECT_TRUE(says(outcome, "\"dataset\":\"bad\"")) << outcome.out;
 }
 
-/// Stands in for a filter of another library while a file is written.
+/// Replaces a filter of another library while a file is written.
 void write_filtered(const std::filesystem::path& path, H5Z_filter_t number, const char* name, const char* dataset) {
   const H5Z_class2_t stand_in = {
       H5Z_CLASS_T_VERS,

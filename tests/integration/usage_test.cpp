@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Command lines that are wrong: what is missing, out of range or not there is told in the program's own words.
+// Invalid command lines: missing, out of range or unknown arguments are reported in the program's own words.
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {
@@ -53,7 +53,7 @@ TEST_F(Usage, HelpAndVersionAreNoErrors) {
   }
 }
 
-/// A link that leads to itself: nobody may enter it, not even root.
+/// A symbolic link to itself: inaccessible, even for root.
 TEST_F(Usage, APluginFolderThatCannotBeEnteredIsTold) {
   fs::create_symlink("loop", folder.path() / "loop");
   EXPECT_EQ(refused("--plugin-path loop list"),
@@ -78,7 +78,7 @@ TEST_F(Usage, OneIsNotPlural) {
   EXPECT_EQ(run.err.substr(0, 11), "1 frame in ") << run.err;
 }
 
-/// These commands know no `overwrite: true`.
+/// These commands have no `overwrite: true`.
 TEST_F(Usage, AnOutputThatExistsIsReplacedByForce) {
   for (const std::string file : {"a.png", "a.html", "gap/report.html"}) write_text(folder.path() / file, "mine");
   write_text(folder.path() / "s.yaml",

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Validate.EveryEffect*
 // Rooms: graph
-// `run --validate`: what a stage does to a frame that it may not, and that the shipped pipelines do no such thing.
+// `run --validate`: forbidden changes of a frame by a stage; the shipped pipelines make none.
 #include "tests/program.hpp"
 
 namespace tofgraph::tests {
@@ -50,7 +50,7 @@ TEST(Validate, AnnouncedMetadataThatIsMissingIsTold) {
       << outcome.err;
 }
 
-/// Messages on an effect when the simulator uses it.
+/// Messages about an effect when the simulator uses it.
 Outcome with_effect(const std::string& effect, const std::string& option) {
   const TemporaryFolder folder;
   write_text(folder.path() / "model.yaml", "model: 1\ncamera: camcube2\neffects: [{effect: " + effect + "}]\n");

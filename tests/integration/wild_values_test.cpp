@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: WildValues.ZerosAnd*
 // Rooms: graph cli
-// Captures as other programs write them: zeros for missing lengths, other units, clocks that run back.
+// Captures as written by other programs: zeros for missing lengths, other units, clocks that run backwards.
 #include <nlohmann/json.hpp>
 
 #include <limits>

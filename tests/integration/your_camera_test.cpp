@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: foreign inspection plugins cli
-// Every command of docs/your_camera.md, on files of a slanted wall that Python wrote in the layouts of their makers.
+// Every command of docs/your_camera.md, on files of a slanted wall written by Python in the vendors' layouts.
 #include <gmock/gmock.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
@@ -111,7 +111,7 @@ TEST(YourCamera, FiveStrangeFilesBecomeCorrectClouds) {
     EXPECT_THAT(outcome.out, testing::HasSubstr("Nothing is wrong as far as this scene shows it")) << block;
     said += outcome.err;
   }
-  // Rounding to 1 mm and 0.25 mm, and the noise: 2 counts of about 4000 in a phase are 1 mm.
+  // Rounding to 1 mm and 0.25 mm, plus the noise: 2 counts of about 4000 in a phase are 1 mm.
   const std::pair<const char*, double> clouds[] = {{"png_0.pcd", 0.0005},
                                                    {"npy_0.pcd", 0.0015},
                                                    {"bag_0.pcd", 0.0005},

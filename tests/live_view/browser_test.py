@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The page of the live view in a headless Chromium, against what the pipeline writes into files.
+"""Tests the live view page in a headless Chromium against the pipeline's output files.
 
     tests/live_view/browser_test.py --program build/bin/tofgraph [--screenshots FOLDER] [TEST...]
 
-Skipped (exit code 77) where there is no Chromium.
+Skipped (exit code 77) if Chromium is not installed.
 """
 
 import argparse
@@ -194,7 +194,7 @@ class Page(unittest.TestCase):
             browser.wait_for("document.querySelector('#histogram-title').textContent.includes('region')")
             self.assertEqual(browser.evaluate("tofgraph.shared.marks.region"), [60, 40, 90, 80])
             self.assertIn("column 90, row 80", browser.evaluate("document.querySelector('#cursor').textContent"))
-            # The noise of the region against the same from the frames that were written.
+            # The noise of the region, compared with that computed from the written frames.
             kept = browser.evaluate("tofgraph.frames.map((f) => f.number)")
             self.assertGreaterEqual(len(kept), 2)
             browser.wait_for(f"tofgraph.noise && tofgraph.noise[0].noise.frames === {len(kept)} && tofgraph.noise[0].noise.pixels === 31 * 41")

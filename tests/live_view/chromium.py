@@ -17,7 +17,7 @@ PROGRAM = next((shutil.which(name) for name in ("chromium", "chromium-browser", 
 
 class Browser:
     def __init__(self, width=1500, height=950, webgl=True):
-        """Without webgl everything is drawn by the processor, as on a computer without a graphics processor."""
+        """Starts the browser. Without webgl the processor draws everything, as without a graphics processor."""
         self.profile = tempfile.mkdtemp(prefix="tofgraph-browser-")
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()
@@ -70,7 +70,7 @@ class Browser:
         self.call("Page.navigate", url=address)
 
     def evaluate(self, expression):
-        """Value of a JavaScript expression; promises are awaited."""
+        """Value of a JavaScript expression; waits for promises."""
         result = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in result:
             raise RuntimeError(json.dumps(result["exceptionDetails"])[:600])
@@ -82,7 +82,7 @@ class Browser:
             try:
                 if self.evaluate(f"Boolean({expression})"):
                     return
-            except RuntimeError:  # the page is not there yet
+            except RuntimeError:  # the page is not loaded yet
                 pass
             time.sleep(0.02)
         raise TimeoutError(f"not true after {seconds} s: {expression}; {self.console}")

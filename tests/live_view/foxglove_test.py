@@ -38,7 +38,7 @@ class Foxglove(unittest.TestCase):
 
     def test_public_client_reads_cloud_images_and_camera(self):
         for protocol in ("foxglove.websocket.v1", "foxglove.sdk.v1"):
-            # Of the node cloud: points, depth, distance, amplitude, sigma, flags and the camera.
+            # Channels of the node cloud: points, depth, distance, amplitude, sigma, flags and the camera.
             server, *messages = self.read(protocol, 7)
             self.assertEqual(server["server"], "tofgraph")
             of = {m["topic"]: m for m in messages}

@@ -15,7 +15,7 @@
 
 namespace tofgraph::tests {
 
-/// A pipeline that runs until it is stopped. Its sink live_view listens on a free port.
+/// A pipeline that runs until stopped. Its sink live_view listens on a free port.
 class LiveRun {
  public:
   explicit LiveRun(const std::string& pipeline, graph::RunOptions options = {}) {

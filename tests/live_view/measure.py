@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Speed of the live view: what it costs the pipeline, pictures per second in a headless Chromium, memory.
+"""Speed of the live view: its cost for the pipeline, images per second in a headless Chromium, memory.
 
     tests/live_view/measure.py --program build/bin/tofgraph [--frames N] [--repeat N] [--browser] [--memory SECONDS]
 
-Times of the processor are those of the pipeline's process alone; they hold on a busy computer, too.
+Processor times are those of the pipeline's process alone; they are also valid on a busy computer.
 """
 
 import argparse
@@ -44,7 +44,7 @@ NODES = "{source} ! four_phase_decoder name=decode ! optimized_bistatic name=cor
 
 
 class WebSocket:
-    """As much of a client as is needed."""
+    """Minimal WebSocket client."""
 
     def __init__(self, port):
         self.socket = socket.create_connection(("127.0.0.1", port))
@@ -84,7 +84,7 @@ def client(port, reads, count, stop):
 
 
 def run(program, line, camera, frames, who):
-    """(ms of processor per frame, frames/s, frames that the client got, peak memory in MB)"""
+    """Returns (processor time per frame in ms, frames/s, frames received by the client, peak memory in MB)."""
     process = subprocess.Popen([program, "run", line, "--camera", camera, "--frames", str(frames)], stderr=subprocess.PIPE, text=True)
     count, stop, threads = [], threading.Event(), []
     speed = None
@@ -166,7 +166,7 @@ def main():
                 continue
             kinds = [("null", "nobody"), ("live_view port=0", "nobody"), ("live_view port=0", "a client"), ("live_view port=0", "a client that never reads")]
             best = {}
-            for _ in range(options.repeat):  # in turn, so that a change of the load meets all alike
+            for _ in range(options.repeat):  # interleaved, so that a change of the load affects all equally
                 for sink, who in kinds:
                     got = run(options.program, NODES.format(source=source, sink=sink), camera, options.frames, who)
                     best.setdefault((sink, who), []).append(got)

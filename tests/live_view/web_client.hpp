@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Clients of a live view: HTTP, WebSocket, bytes as they are.
+/// @file Clients of a live view: HTTP, WebSocket, raw bytes.
 #pragma once
 
 #include <boost/asio/connect.hpp>
@@ -37,7 +37,7 @@ struct Answer {
   std::string body;
 };
 
-/// Sends a request. @param headers "Name: value" beside Host
+/// Sends a request. @param headers "Name: value" in addition to Host
 inline Answer request(const std::string& port, http::verb verb, const std::string& target, const std::string& body = "",
                       const std::vector<std::pair<std::string, std::string>>& headers = {}) {
   net::io_context io;
@@ -54,7 +54,7 @@ inline Answer request(const std::string& port, http::verb verb, const std::strin
   return {response.result_int(), response.body()};
 }
 
-/// Bytes as they are. @returns what came back until the server closed or `wait` passed
+/// Sends raw bytes. @returns the answer until the server closed or `wait` passed
 inline std::string raw_exchange(const std::string& port, const std::string& bytes, std::chrono::milliseconds wait) {
   net::io_context io;
   beast::tcp_stream stream(connected(io, port));
@@ -95,7 +95,7 @@ class WebClient {
     socket_.binary(true);
     socket_.write(net::buffer(bytes));
   }
-  /// @returns the next message; empty: the connection has ended, or none came in time
+  /// @returns the next message; empty: the connection has ended, or no message came in time
   std::string read(std::chrono::milliseconds wait = std::chrono::seconds(10)) {
     beast::flat_buffer buffer;
     bool came = false;
@@ -116,7 +116,7 @@ class WebClient {
   beast::websocket::stream<beast::tcp_stream> socket_;
 };
 
-/// A binary message of the project's protocol: its JSON text, and where the values begin.
+/// A binary message of the project's protocol: its JSON text, and the offset of the values.
 struct ViewMessage {
   std::uint32_t kind = 0;
   nlohmann::json json;
@@ -136,7 +136,7 @@ struct ViewMessage {
         if (block["node"] == node && one["name"] == name) return one;
     throw std::runtime_error("the message has no " + name + " of " + node);
   }
-  /// Values of a channel; NaN where there is none. Of flags the bits.
+  /// Values of a channel; NaN if missing. For flags, the bits.
   std::vector<double> decoded(const std::string& node, const std::string& name) const {
     const nlohmann::json& one = channel(node, name);
     std::vector<std::uint16_t> codes(one["rows"].get<std::size_t>() * one["columns"].get<std::size_t>());

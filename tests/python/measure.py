@@ -1,14 +1,14 @@
 #!/usr/bin/python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Measures what Python costs a pipeline: iteration over its frames beside the run in C++, a stage that calls NumPy
-beside the call alone. Shows by addresses that nothing is copied.
+"""Measures the cost of Python in a pipeline: iteration over its frames compared with the run in C++, a stage that calls
+NumPy compared with the call alone. Verifies by addresses that nothing is copied.
 
     PYTHONPATH=build/lib/python3/dist-packages tests/python/measure.py [--repetitions 15]
 
-Medians of interleaved repetitions, elapsed and processor time (of all threads), in microseconds a frame: the difference
-of a long and a short run, as building one takes a fifth of a second. Elapsed time needs a quiet machine. Ends with 1
-where more than 20 us a frame are added, or where an array is a copy.
+Medians of interleaved repetitions, elapsed and processor time (of all threads), in microseconds per frame: the
+difference between a long and a short run, since building a pipeline takes a fifth of a second. Elapsed time needs a
+quiet machine. Exits with 1 if more than 20 us per frame are added, or if an array is a copy.
 """
 
 import argparse
@@ -20,7 +20,7 @@ import numpy as np
 import tofgraph as tg
 
 CAMERA = "camcube2"
-ALLOWED = 20e-6  # s a frame
+ALLOWED = 20e-6  # s per frame
 SHAPE = (204, 204)
 
 
@@ -45,7 +45,7 @@ class Changes(tg.Filter):
 
 
 class Makes(tg.Filter):
-    """Makes a channel with NumPy."""
+    """Creates a channel with NumPy."""
     distance = tg.InOut("distance")
 
     def process(self, frame):
@@ -53,7 +53,7 @@ class Makes(tg.Filter):
 
 
 class Knows(tg.Source):
-    """Makes three frames and remembers where their memory is."""
+    """Creates three frames and remembers the addresses of their memory."""
     distance = tg.Out("distance")
     places = []
 
@@ -66,7 +66,7 @@ class Knows(tg.Source):
 
 
 class Sees(tg.Filter):
-    """Remembers where the memory of its frames is."""
+    """Remembers the addresses of its frames' memory."""
     distance = tg.In("distance")
     places = []
 
@@ -87,7 +87,7 @@ def timed(call, frames):
 
 
 def medians(calls, repetitions, frames):
-    """Returns name -> median elapsed and processor time a frame, the calls taken in turn."""
+    """Returns name -> median elapsed and processor time per frame, with interleaved calls."""
     times = {name: [] for name in calls}
     short = frames // 10
     for _ in range(repetitions):
@@ -97,7 +97,7 @@ def medians(calls, repetitions, frames):
 
 
 def report(name, whole, peer, of_numpy=(0, 0)):
-    """Prints a line. @returns whether the time that Python adds is allowed"""
+    """Prints a line. @returns whether the time added by Python is acceptable"""
     added = [1e6 * (a - b - n) for a, b, n in zip(whole, peer, of_numpy)]
     rows = zip([1e6 * s for s in peer], [1e6 * s for s in of_numpy], [1e6 * s for s in whole], added)
     print(f"{name:32}" + "".join(f"{value:8.1f}" for row in rows for value in row))
@@ -105,13 +105,13 @@ def report(name, whole, peer, of_numpy=(0, 0)):
 
 
 def nodes_of(stages, frames):
-    """Returns a pipeline of the simulator and other stages, to a sink that does nothing."""
+    """Returns a pipeline of the simulator and other stages, to a sink that discards frames."""
     return [{"stage": "simulator", "noise": "none", "frames": frames}, *({"stage": stage} for stage in stages),
             {"stage": "null"}]
 
 
 def iteration(repetitions, stages, channel, frames):
-    """Measures iteration over the frames of stages. @returns whether it is quick enough"""
+    """Measures iteration over the frames of stages. @returns whether it is fast enough"""
     def arrays(count):
         for frame in tg.Pipeline(nodes_of(stages, count), CAMERA):
             frame[channel]
@@ -124,7 +124,7 @@ def iteration(repetitions, stages, channel, frames):
 
 
 def stages(repetitions, frames):
-    """Measures stages that call NumPy. @returns whether they are quick enough"""
+    """Measures stages that call NumPy. @returns whether they are fast enough"""
     def run(*own):
         return lambda count: tg.Pipeline(nodes_of(["four_phase_decoder", *own], count), CAMERA).run(threads=1)
 
@@ -142,7 +142,7 @@ def stages(repetitions, frames):
 
 
 def addresses():
-    """Compares the addresses of a channel on its way. @returns whether they are the same"""
+    """Compares the addresses of a channel along the pipeline. @returns whether they are equal"""
     frames = list(tg.Pipeline([Knows, Sees, {"stage": "null", "name": "end"}], CAMERA).frames(capacity=4))
     received = [place(frame["distance"]) for frame in frames]
     own = Knows.places == Sees.places == received

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The Python package, against the program and NumPy. PYTHONPATH leads to the package, TOFGRAPH_PROGRAM to the program.
+"""Tests the Python package against the program and NumPy.
 
-Exits with 77 where NumPy is not installed.
+PYTHONPATH must contain the package, TOFGRAPH_PROGRAM the program. Exits with 77 if NumPy is not installed.
 """
 
 import gc
@@ -68,7 +68,7 @@ class Frames(Folder):
         expected = {name: array.copy() for name, array in arrays.items()}
         del frames
         gc.collect()
-        for _ in range(3):  # would use the memory again if it were free
+        for _ in range(3):  # would reuse the memory if it were free
             list(tg.Pipeline(CHAIN, "camcube2"))
         for name, array in arrays.items():
             np.testing.assert_array_equal(array, expected[name])
@@ -109,7 +109,7 @@ class Frames(Folder):
         made = Endless.made
         time.sleep(0.2)
         self.assertEqual(Endless.made, made)
-        source = tg.stage.simulator(frames=0)  # endless, too
+        source = tg.stage.simulator(frames=0)  # also endless
         with self.assertRaisesRegex(ValueError, "capacity is 0"):
             next(tg.Pipeline([source], "camcube2").frames(capacity=0))
         frames = tg.Pipeline([source], "camcube2").frames(count=4)
@@ -137,7 +137,7 @@ class Clouds(unittest.TestCase):
 
     def test_go_to_open3d_where_it_is_installed(self):
         class Vector(list):
-            """Takes what Open3D's vector takes."""
+            """Accepts the same input as Open3D's vector."""
             def __init__(self, array):
                 assert array.dtype == np.float64 and array.shape[1] == 3
                 super().__init__(map(tuple, array))
@@ -161,7 +161,7 @@ class Mistakes(Folder):
         with self.assertRaises(tg.ConfigurationError) as caught:
             tg.Pipeline(nodes, "camcube2").check()
         lines = {m["line"]: m["message"] for m in caught.exception.mistakes}
-        self.assertIn("out of range: 0.5 to 2", lines[5])  # a node a line, after the head
+        self.assertIn("out of range: 0.5 to 2", lines[5])  # one node per line, after the head
         self.assertIn("point_cluod", lines[6])
         self.assertIn("factor", str(caught.exception))
 
@@ -439,7 +439,7 @@ class Stages(Folder):
 
 
 class Endings(unittest.TestCase):
-    """Needs no plugin, so that the sanitizers can watch it."""
+    """Needs no plugins, so that it can run with sanitizers."""
     STAGES = textwrap.dedent("""
         import gc, os, resource, sys, threading, time
         import numpy as np
@@ -592,7 +592,7 @@ class Captures(Folder):
 
 class Guide(Folder):
     def test_examples_run(self):
-        """The examples of docs/python.md, in a folder in which those of the project are."""
+        """Examples of docs/python.md, run in a folder that contains the project's examples."""
         project = pathlib.Path(__file__).resolve().parents[2]
         (self.folder / "pipelines").symlink_to(project / "pipelines")
         (self.folder / "out").mkdir()

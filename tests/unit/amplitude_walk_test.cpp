@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Both decoders say when the distance rises with the amplitude within surfaces, and by how much.
+// Both decoders warn if the distance increases with the amplitude within surfaces, and state by how much.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -16,8 +16,8 @@ namespace {
 constexpr double c_light = 299792458.0, pi = 3.14159265358979323846, frequency = 20e6;
 constexpr std::size_t rows = 90, columns = 90;
 
-/// Messages of a decoder before a slanted wall of dark and bright squares, whose distance rises by `rise` (m) each time
-/// that the amplitude doubles.
+/// Messages of a decoder for a slanted wall of dark and bright squares whose distance increases by `rise` (m) per
+/// doubling of the amplitude.
 std::string said_by(const std::string& stage, double rise) {
   const std::size_t steps = stage == "phase_decoder" ? 3 : 4;
   std::vector<tofgraph_exposure> exposures;
@@ -60,7 +60,7 @@ TEST(AmplitudeWalk, BothDecodersTellARiseAndItsSize) {
       EXPECT_NEAR(std::stod(said.substr(at + words.size())), 1e3 * rise, 0.3) << stage << said;
       EXPECT_NE(said.find("tofgraph calibrate offset"), std::string::npos) << said;
     }
-    // What falls may be an edge of depth, what rises little may be noise.
+    // A decrease may be a depth edge, a small increase may be noise.
     for (const double rise : {0.0, -20e-3}) EXPECT_EQ(said_by(stage, rise).find(words), std::string::npos) << stage;
   }
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Against mean and standard deviation of the raw values in long double.
+// Compared with mean and standard deviation of the raw values in long double.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ constexpr std::size_t rows = 5, columns = 7, pixels = rows * columns;
 
 using Image = std::vector<float>;
 
-/// Frames near 7 m with millimetres of noise; a tenth of the pixels is invalid.
+/// Frames near 7 m with noise of a few millimetres; a tenth of the pixels is invalid.
 std::vector<Image> recording(std::size_t frames) {
   std::mt19937 random(7);
   std::normal_distribution<float> noise(7.0F, 0.003F);
@@ -123,7 +123,7 @@ TEST(Average, LeavesAmplitudesOutThatAreNoNumbers) {
 }
 
 TEST(Average, ARunningMeanForgetsWhatHasLeftItsWindow) {
-  // A glitch of 1e6 m costs the sum of squares four digits beyond those of millimetres, unless it is made anew.
+  // A glitch of 1e6 m costs the running sum of squares four digits more than millimetres do unless it is recomputed.
   Harness stage("average frames=5 running=true");
   auto frames = recording(200);
   for (std::size_t i = 0; i < pixels; ++i) frames[20][i] = 1e6F;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The layout of the border, in numbers. A number that has been released never changes; a minor version adds lines at
-// the end of a struct, and its size.
+// Binary layout of the plugin interface in numbers. A released number never changes; a minor version only appends
+// members to a struct and so increases its size.
 #include "io/border.hpp"
 
 #include <tofgraph/format.h>
@@ -22,7 +22,7 @@ struct Field {
 #define PIN(field, offset, bytes) \
   { #field, offsetof(S, field), sizeof(S::field), offset, bytes }
 
-/// @param bytes of the struct in this version @param first those in the first version
+/// @param bytes size of the struct in this version @param first size in the first version
 template <class S> void pinned(std::size_t bytes, const std::vector<Field>& fields, std::size_t first) {
   std::size_t end = 0;
   for (const Field& field : fields) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The derivatives of the bundle's residuals in closed form, against Ceres' automatic ones of the same residuals.
+// Closed-form derivatives of the bundle residuals, compared with Ceres' automatic derivatives of the same residuals.
 #include <gtest/gtest.h>
 
 #include "calibration/bundle_cost.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int of_lens = static_cast<int>(lens::count);
 
-/// Residuals and their derivatives by each block of parameters.
+/// Residuals and their derivatives with respect to each parameter block.
 struct Evaluated {
   std::vector<double> residuals;
   std::vector<std::vector<double>> derivatives;
@@ -47,7 +47,7 @@ void expect_same(const ceres::CostFunction& cost, const ceres::CostFunction& aut
   }
 }
 
-/// A state of the fit in which no parameter is zero, also those that are seldom free.
+/// A state of the fit in which no parameter is zero, including those that are rarely free.
 class BundleCost : public testing::Test {
  protected:
   BundleCost() {
@@ -74,7 +74,7 @@ TEST_F(BundleCost, DerivativesOfACornerAreTheAutomaticOnes) {
                                         .point = {0.1 * a, 0.07 * b, {a * a, b * b, a * b}},
                                         .radius = 0,
                                         .rotation = rotation.data()};
-    if (trial == 20) std::fill_n(pose.begin(), 3, 0.0);  // as each fit begins
+    if (trial == 20) std::fill_n(pose.begin(), 3, 0.0);  // initial state of each fit
     const Automatic automatic(new cost::CornerResidual(residual));
     expect_same(cost::CornerCost(residual), automatic, {lens.data(), warp.data(), pose.data()});
   }

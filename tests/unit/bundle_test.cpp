@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: calibration
-// The lens from corners: against the Cramer-Rao bound, its own intervals, and with distances of the board.
+// Lens from corners, compared with the Cramer-Rao bound and its own intervals, with and without measured distances.
 #include <gtest/gtest.h>
 
 #include "calibration/bundle.hpp"
@@ -22,7 +22,7 @@ constexpr std::array<const char*, 8> names = {"fx", "fy", "cx", "cy", "k1", "k2"
 
 std::array<double, 8> values_of(const test::TrueLens& l) { return {l.fx, l.fy, l.cx, l.cy, l.k1, l.k2, l.p1, l.p2}; }
 
-/// 100 calibrations of the same views with other noise.
+/// 100 calibrations of the same views with different noise.
 void compare_with_bound(const test::TrueScene& scene) {
   const Eigen::MatrixXd bound = scene.bound(corner_noise, true);
   const std::array<double, 8> truth = values_of(scene.lens);
@@ -63,9 +63,9 @@ TEST(Bundle, ReachesTheCramerRaoBoundWithHonestIntervals) { compare_with_bound(s
 
 TEST(Bundle, ReachesTheBoundWithAWarpedBoard) { compare_with_bound(scene_of(1e-3)); }
 
-/// Distances as a camera measures them: half of source - point - lens - pixel with two lamps, then an offset, a scale,
-/// a shift of each view and noise; wiggling is the amplitude of a cyclic error with four periods in
-/// the unambiguous range of 20 MHz.
+/// Simulated measured distances: half of the path source - point - lens - pixel with two lamps, plus an offset, a
+/// scale, a shift per view and noise; wiggling is the amplitude of a cyclic error with four periods in the unambiguous
+/// range of 20 MHz.
 void add_distances(const test::TrueScene& scene, Observations& seen, unsigned seed, double wiggling = 0) {
   constexpr double pitch = 40e-6, period = 7.5 / 4, noise = 1e-3, offset = 0.02, scale = 0.003, shift = 1e-3;
   const double focal_length = (scene.lens.fx + scene.lens.fy) / 2 * pitch;
@@ -91,7 +91,7 @@ void add_distances(const test::TrueScene& scene, Observations& seen, unsigned se
   }
 }
 
-/// An unknown offset and an unknown scale of the distances, which the tilted boards tell, do not reach the focal
+/// An unknown offset and an unknown scale of the distances, which tilted boards determine, do not bias the focal
 /// length.
 TEST(Bundle, DistancesOfTheBoardHalveTheErrorOfTheFocalLength) {
   const test::TrueScene scene = scene_of(0.3e-3);
@@ -126,7 +126,7 @@ TEST(Bundle, DistancesOfTheBoardHalveTheErrorOfTheFocalLength) {
   EXPECT_NEAR(offset, 0.02, 0.002);
 }
 
-/// Distances with an error over the range of 20 mm would reach the focal length; right ones are hardly ever refused.
+/// A range-dependent distance error of 20 mm would bias the focal length; correct distances are hardly ever rejected.
 TEST(Bundle, DistancesThatDoNotFitTheCornersAreTold) {
   const test::TrueScene scene = scene_of(0.3e-3);
   for (const double wiggling : {0.0, 0.02, -0.02}) {

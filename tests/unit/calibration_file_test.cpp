@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Calibration files: what is written is read again; what is wrong in one is told with its place.
+// Calibration files: written values are read back; errors in a file are reported with their position.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ CameraPtr camcube2() {
   return find_camera(config::parse_value("camcube2", {}), diagnostics);
 }
 
-/// Message on the shipped calibration after a replacement in its text.
+/// Message for the shipped calibration after a replacement in its text.
 std::string mistake(const std::string& what, const std::string& by) {
   const TemporaryFolder folder;
   std::string text = tests::read_text(shipped);
@@ -68,7 +68,7 @@ TEST(CalibrationFile, WhatIsWrittenIsReadAgain) {
     EXPECT_NEAR(read.samples[i].reflectivity, written.samples[i].reflectivity, 1e-7);
     EXPECT_NEAR(read.depth_sd[i], written.depth_sd[i], 1e-12);
   }
-  // sha256 of "x"; relative to the file's folder
+  // sha256 of "x"; path relative to the file's folder
   EXPECT_NE(
       writer.text().find("{file: a.csv, sha256: 2d711642b726b04401627ca9fbac32f5c8530fb1903cc4db02258717921a4881}"),
       std::string::npos)

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// From single transfers to frames, their counter, and the exchange between two threads.
+// Assembly of single transfers into frames, the frame counter, and the exchange between two threads.
 #include "devices/camcube/frame_assembler.hpp"
 #include "devices/camcube/frame_counter.hpp"
 
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 constexpr std::size_t pixels = 6, image_bytes = 512 + 4 * pixels;
 
-/// Images with a magic byte, their index, a counter of one byte, and a time in us.
+/// Images with a magic byte, their index, a one-byte counter, and a time in us.
 class Assembling : public testing::Test {
  protected:
   Assembling() {
@@ -46,7 +46,7 @@ class Assembling : public testing::Test {
   void send(unsigned number, unsigned first = 0, unsigned last = 3) {
     for (unsigned i = first; i <= last; ++i) assembler().message(image(number, i));
   }
-  /// The number of the next frame, "nothing", or what went wrong.
+  /// Number of the next frame, "nothing", or the error.
   std::string next() {
     try {
       if (!frames_.take(frame_, 0ms)) return "nothing";
@@ -151,26 +151,26 @@ TEST_F(Assembling, WithoutANumberFramesAreCounted) {
   EXPECT_EQ(next(), "0");
   EXPECT_TRUE(std::isnan(frame_.integration_time));
   EXPECT_THAT(next(), HasSubstr("a transfer brought 9 bytes"));
-  EXPECT_EQ(next(), "2");  // the spoiled one counts
+  EXPECT_EQ(next(), "2");  // the corrupted frame counts
   EXPECT_THAT(next(), HasSubstr("image 0 is missing"));
   EXPECT_EQ(next(), "4");
 }
 
-/// Whatever is lost, with one field or the other: no frame is put together of two, and the next whole one comes.
+/// After any loss, with either field: no frame is assembled from two frames, and the next complete one arrives.
 TEST_F(Assembling, OneFieldIsEnoughToFindTheBeginningOfAFrame) {
   for (const bool by_number : {true, false}) {
     for (unsigned first = 0; first < 12; ++first) {
       for (unsigned lost = 0; lost < 9; ++lost) {
         if (by_number) protocol_.image.reset();
         if (!by_number) protocol_.number.reset();
-        if (!by_number && lost % 4 == 0) continue;  // nobody could see it, as protocol.md says
+        if (!by_number && lost % 4 == 0) continue;  // cannot be detected, see protocol.md
         assembler_.reset();
         for (unsigned i = 0; i < 32; ++i) {
           if (i == first && lost == 8) assembler().interrupted();
           if (i < first || i >= first + lost) send(i / 4 + 1, i % 4, i % 4);
         }
         std::vector<unsigned> frames;
-        for (std::string one = next(); one != "nothing"; one = next())  // next() looks into the frames
+        for (std::string one = next(); one != "nothing"; one = next())  // next() examines the frames
           if (one.size() == 1) frames.push_back(frame_.bytes[2]);
         for (unsigned frame = 1; frame <= 8; ++frame) {
           const bool touched = first < 4 * frame && first + lost > 4 * (frame - 1) && lost > 0;
@@ -227,7 +227,7 @@ TEST_F(Assembling, ACounterThatGoesBackIsTold) {
   EXPECT_EQ(next(), "the camera's counter went from 100 back to 3");
   EXPECT_EQ(next(), "3");
   EXPECT_EQ(next(), "4");
-  auto bad = image(90, 0);  // a bit that flipped: the frames behind it keep their numbers
+  auto bad = image(90, 0);  // a flipped bit: the frames after it keep their numbers
   assembler().message(bad);
   send(5, 1, 3);
   send(6);
@@ -253,9 +253,9 @@ TEST(FrameCounter, GoesOnBehindAGap) {
   EXPECT_EQ(counter.number(5, 1, 80), 5U);
   EXPECT_EQ(counter.number(7, 1, 80), 7U);  // the device lost one
   counter.interrupted();
-  EXPECT_EQ(counter.number(9, 1, 80), 9U);  // it counted on
+  EXPECT_EQ(counter.number(9, 1, 80), 9U);  // the counter went on
   counter.interrupted();
-  EXPECT_EQ(counter.number(0, 0.5, 80), 49U);  // it began anew: 0.5 s are 40 frames, of which the last is here
+  EXPECT_EQ(counter.number(0, 0.5, 80), 49U);  // the counter restarted: 0.5 s are 40 frames, of which the last is here
   EXPECT_EQ(counter.number(1, 0.01, 80), 50U);
   counter.interrupted();
   EXPECT_EQ(counter.number(0, 5, NAN), 52U);  // at least one is missing
@@ -302,7 +302,7 @@ TEST(FrameExchange, FaultsComeInTheirPlaceAndTheGravestOfSeveralIsKept) {
   exchange.fail(Fault("unplugged", true));
   exchange.fail(Fault("cannot be asked", true));
   for (const char* expected : {"1", "short", "2", "unplugged, lost", "nothing"}) EXPECT_EQ(next(), expected);
-  // A reader that is slower than the camera is told too.
+  // A reader that is slower than the camera is reported too.
   exchange.fail(Fault("first", false));
   offer(1);
   exchange.fail(Fault("second", true));

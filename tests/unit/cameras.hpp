@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Cameras for tests, written down here so that no test depends on a profile.
+/// @file Cameras for tests, defined here so that no test depends on a profile.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -65,8 +65,8 @@ inline Camera camcube2(std::vector<tofgraph_light> sources = {{"left", {-0.05, 0
   return {204, 204, 12.8e-3, 40e-6, std::move(sources)};
 }
 
-/// Writes the camera's profile to a new file and tells its path: for stages, which know cameras by their profiles.
-/// Profile file of a camera without its NaN values. The files are removed at the end of the program.
+/// Writes the camera's profile, without its NaN values, to a new file and returns its path, for stages that identify
+/// cameras by profile. The files are removed when the program exits.
 inline std::string profile_of(const tofgraph_camera& camera) {
   static struct Files : std::vector<std::filesystem::path> {
     ~Files() {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Campaign files read in tests: the campaign, or the text of its mistakes.
+/// @file Readers of campaign files for tests: return the campaign, or the text of its errors.
 #pragma once
 
 #include <gtest/gtest.h>

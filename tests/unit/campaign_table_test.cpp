@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Campaigns that exist only as tables, and campaigns that are joined.
+// Campaigns given only as tables, and campaigns that are joined.
 #include "io/campaign.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/campaign_reading.hpp"
@@ -80,7 +80,7 @@ TEST(Campaign, MistakesInATableHaveItsLineAndColumn) {
   EXPECT_THAT(mistakes(folder.path() / "t.yaml"), testing::HasSubstr("the table has no rows"));
 }
 
-/// Tables 5.1 to 5.3 and 3.1 of the reference are such tables; here with one cell of each wrong.
+/// Tables 5.1 to 5.3 and 3.1 of the reference have this form; here each has one wrong cell.
 TEST(Campaign, ATableHasSourcesTimesFramesAndValuesOfAllRows) {
   const TemporaryFolder folder;
   const std::string text = R"(campaign: 1

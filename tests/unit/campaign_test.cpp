@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Campaigns: as the format describes them, written and read again. Wording: tests/fixtures/errors.
+// Campaigns as the format describes them, written and read back. Wording of errors: tests/fixtures/errors.
 #include "io/campaign.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/campaign_reading.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CaptureDamage.TurnedBits*:Trial.EndsALoop*
 // Rooms: io config
-// What happens to files in real life: recorders that are killed, files cut short, bits that flip.
+// Damage to recordings that occurs in practice: killed recorders, truncated files, flipped bits.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -34,14 +34,14 @@ namespace fs = std::filesystem;
 const fs::path recording = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool memory_is_ours = false;  // a sanitizer's own memory would be counted
+constexpr bool memory_is_ours = false;  // the memory of a sanitizer itself would be counted
 constexpr std::uint32_t effort = 1;
 #else
 constexpr bool memory_is_ours = true;
 constexpr std::uint32_t effort = 4;
 #endif
 
-/// Reads all there is. @returns what is wrong, or nothing
+/// Reads everything. @returns the error message, or an empty string
 std::string read_whole(const fs::path& path) {
   return thrown([&] {
     const CaptureReader reader(path);
@@ -52,7 +52,7 @@ std::string read_whole(const fs::path& path) {
   });
 }
 
-/// Records frames of 64 x 48 whose pixels all hold their number, and tells each one that is written, for ever.
+/// Records frames of 64 x 48 whose pixels all hold the frame number, and reports each written frame, until killed.
 [[noreturn]] void record_for_ever(const fs::path& path, int told) {
   io::CaptureHeader header;
   header.camera = "test";
@@ -85,7 +85,7 @@ TEST(CaptureDamage, ARecordingSurvivesAKillUpToItsLastFrame) {
     int status = 0;
     waitpid(child, &status, 0);
     ASSERT_TRUE(WIFSIGNALED(status));
-    while (read(ends[0], &written, sizeof written) == 4) {  // those that were told until the kill
+    while (read(ends[0], &written, sizeof written) == 4) {  // frames reported before the kill
     }
     close(ends[0]);
     EXPECT_EQ(listing(folder.path()), std::vector<std::string>{"a.h5.part"});
@@ -114,7 +114,7 @@ TEST(CaptureDamage, ACutOffFileIsNamed) {
   }
 }
 
-/// The file with a few bits turned over within its first bytes.
+/// Content with a few bits flipped within its first bytes.
 std::string damaged(std::string content, std::uint32_t seed, std::size_t within) {
   std::mt19937 random(seed);
   const std::size_t flips = 1 + random() % 8;
@@ -125,7 +125,7 @@ std::string damaged(std::string content, std::uint32_t seed, std::size_t within)
   return content;
 }
 
-/// A recording of this program, made of its own format's newer structures.
+/// A recording made by this program, which uses newer structures of the HDF5 format.
 std::string own_recording(const fs::path& folder) {
   io::CaptureHeader header;
   header.camera = "test";
@@ -147,7 +147,7 @@ TEST(CaptureDamage, TurnedBitsNeverCrashAndNeverTakeMuchMemory) {
   std::uint32_t refused = 0;
   for (const std::string& whole : {read_text(recording), own_recording(folder.path())}) {
     for (std::uint32_t seed = 0; seed < 100 * effort; ++seed) {
-      write_text(path, damaged(whole, seed, seed % 4 == 0 ? whole.size() : 9000));  // most of the structure is there
+      write_text(path, damaged(whole, seed, seed % 4 == 0 ? whole.size() : 9000));  // most of the structure is intact
       const std::string why = read_whole(path);
       if (why.empty()) continue;
       ++refused;
@@ -164,7 +164,7 @@ TEST(CaptureDamage, TurnedBitsNeverCrashAndNeverTakeMuchMemory) {
   }
 }
 
-/// HDF5 prints its errors from each thread that did not say otherwise.
+/// HDF5 prints its errors in each thread that has not disabled this.
 TEST(CaptureDamage, HDF5SaysNothingOfItsOwnFromAnyThread) {
   const TemporaryFolder folder;
   std::string content = own_recording(folder.path());
@@ -173,7 +173,7 @@ TEST(CaptureDamage, HDF5SaysNothingOfItsOwnFromAnyThread) {
   ASSERT_EQ(streams.size(), 3U);
   for (std::size_t i = 2; i < 8; ++i) content[streams[1] + i] = '\xff';
   write_text(folder.path() / "damaged.h5", content);
-  const CaptureReader reader(folder.path() / "damaged.h5");  // tries the first and the last frame
+  const CaptureReader reader(folder.path() / "damaged.h5");  // checks the first and the last frame
   testing::internal::CaptureStderr();
   std::string why;
   std::thread([&] {
@@ -186,9 +186,9 @@ TEST(CaptureDamage, HDF5SaysNothingOfItsOwnFromAnyThread) {
   EXPECT_NE(why.find("damaged.h5: frame 1 of distance: "), std::string::npos) << why;
 }
 
-// The trial in a process of its own, by itself.
+// The check in a process of its own, tested in isolation.
 
-/// Message of a trial on a program that a shell runs.
+/// Message of a check that runs a shell script.
 std::string trial_of(const std::string& script) {
   return thrown([&] { io::run_trial({"/bin/sh", "-c", script}); });
 }
@@ -202,7 +202,7 @@ TEST(Trial, SurvivesACrash) {
   EXPECT_EQ(trial_of("kill -SEGV $$"), "is damaged: HDF5 crashed when a child process tried to read it");
 }
 
-/// That the system ends a trial says nothing of the file.
+/// A check that is ended by the system implies nothing about the file.
 TEST(Trial, BlamesTheFileForCrashesAlone) {
   EXPECT_EQ(trial_of("kill -KILL $$"), "cannot be tried: /bin/sh ended with signal 9");
   EXPECT_EQ(trial_of("printf 'no library' >&2; exit 127"),
@@ -217,7 +217,7 @@ TEST(Trial, EndsALoopByTheProcessorsTimeAlone) {
   const pid_t child = fork();
   if (child == 0) {
     config::limit_process({std::size_t{1} << 40U, 1});
-    sleep(2);  // under load a healthy file may take long
+    sleep(2);  // under load, a healthy file may take long
     std::atomic<bool> go_on{true};
     while (go_on.load()) {
     }
@@ -234,7 +234,7 @@ TEST(Trial, SaysWhichProgramIsMissing) {
             "cannot be tried: /nowhere/tofgraph-try cannot be started: No such file or directory");
 }
 
-/// A file that has passed is not tried again as long as it is the same file, under any name.
+/// A file that has passed is not checked again while it remains the same file, under any name.
 TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "file", count = folder.path() / "count";
@@ -251,13 +251,13 @@ TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   fs::rename(folder.path() / "other", file);
   EXPECT_EQ(trials(), 3U);
   const auto fails = [&] { return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo bad"}); }); };
-  EXPECT_EQ(fails(), "");  // as it has passed
+  EXPECT_EQ(fails(), "");  // because it has passed before
   write_text(file, "three");
   EXPECT_EQ(fails(), "bad\n");
-  EXPECT_EQ(fails(), "bad\n");  // what has failed is tried again
+  EXPECT_EQ(fails(), "bad\n");  // a file that failed is checked again
 }
 
-/// Files that passed ahead need no further trial, and those that did not keep their reason.
+/// Files that passed in advance are not checked again; files that failed keep their reason.
 TEST(Trial, OfManyFilesIsMadeAhead) {
   const TemporaryFolder folder;
   std::vector<fs::path> files;
@@ -269,7 +269,7 @@ TEST(Trial, OfManyFilesIsMadeAhead) {
       fs::copy_file(recording, files.back());
   }
   files.push_back(folder.path() / "none");
-  files.push_back(folder.path() / "pipe");  // to read it would be to wait for ever
+  files.push_back(folder.path() / "pipe");  // reading it would block forever
   ASSERT_EQ(mkfifo(files.back().c_str(), 0600), 0);
   io::try_ahead(files);
   const auto again = [&](const fs::path& file) {
@@ -295,7 +295,7 @@ TEST(Trial, RefusesMemory) {
   if (!memory_is_ours) GTEST_SKIP() << "the sanitizer ends the process instead";
   const TemporaryFolder folder;
   const std::string file = (folder.path() / "map.h5").string();
-  const hsize_t extent[2] = {5790, 5790};  // nearly as many pixels as are read, 268 MB; a file with a hole
+  const hsize_t extent[2] = {5790, 5790};  // nearly as many pixels as can be read, 268 MB; a sparse file
   const hid_t h5 = H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   const hid_t space = H5Screate_simple(2, extent, nullptr), creation = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CaptureFile.AKillAtAnyWriteLosesNoFrameThatWasAppended
 // Rooms: io
-// A recorder that is killed at each single write, the last ones included: what it had flushed is there.
+// A recorder that is killed at each single write, including the last ones: all flushed frames can be read.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <sys/syscall.h>
@@ -16,7 +16,7 @@
 #include "tests/unit/raw_capture.hpp"
 
 namespace {
-/// In a child: the process is killed when it wants to make this write; 0: it lives on.
+/// In the child: number of writes until the process is killed; 0: it is not killed.
 int writes_to_live = 0;
 void one_write() {
   if (writes_to_live > 0 && --writes_to_live == 0) kill(getpid(), SIGKILL);
@@ -24,7 +24,7 @@ void one_write() {
 }  // namespace
 
 #define IN_THE_PLACE_OF extern "C" __attribute__((visibility("default")))
-// In the place of the system's, for the library that HDF5 is too.
+// Replaces the system's functions, also for the HDF5 library.
 IN_THE_PLACE_OF ssize_t pwrite64(int file, const void* data, size_t bytes, off64_t at) {
   one_write();
   return syscall(SYS_pwrite64, file, data, bytes, at);
@@ -53,8 +53,8 @@ const io::CaptureChannel channel{"range", TOFGRAPH_TYPE_F32, {side, side}, "m", 
 
 void append(CaptureWriter& writer, std::size_t number) { append_frame(writer, side, number, number); }
 
-/// Records in a child that dies at its write `at`, counted from the beginning or from that of finish().
-/// @returns frames that it had appended; -1: it came to its end
+/// Records in a child that is killed at its write `at`, counted from the start or from the start of finish().
+/// @returns number of appended frames; -1: the child was not killed
 int record_and_die(const fs::path& file, std::size_t frames, int at, bool in_finish) {
   int ends[2];
   EXPECT_EQ(pipe(ends), 0);
@@ -146,7 +146,7 @@ TEST_F(CaptureFile, WhatIsBeingWrittenIsNotRepaired) {
   EXPECT_TRUE(CaptureWriter::is_at_work(part));
   expect_words(thrown([&] { io::repair_capture(part, path, false); }), {"a.h5.part is still being recorded"});
   EXPECT_EQ(io::CaptureReader(part).frames(), 1U) << "readers are welcome";
-  // Somebody makes a file of the name meanwhile: it stays, and so does the recording.
+  // A file of the same name that another process creates meanwhile is kept, and so is the recording.
   write_text(path, "precious");
   expect_words(thrown([&] { writer.finish(); }), {"a.h5 was made by somebody else meanwhile", "-o OTHER.h5"});
   EXPECT_EQ(read_text(path), "precious");

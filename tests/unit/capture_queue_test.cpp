@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Captures that are written behind, disks that are full, and what is made of recordings that were cut off: looked at
-// with HDF5's own interface, as any other program would.
+// Captures that are written in the background, full disks, and repair of truncated recordings, examined with HDF5's own
+// interface, as any other program would do.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/array.hpp>
@@ -37,7 +37,7 @@ template <class Writer> void append(Writer& writer, std::size_t number, std::uin
   append_frame(writer, side, number, counter);
 }
 
-/// Frames of a file that is opened as any program does; each dataset has as many, and none is of zeros.
+/// Number of frames of a file opened as by any program; all datasets have the same number, and none is all zeros.
 std::size_t plain_frames(const fs::path& file) {
   const std::vector<float> values = raw_values<float>(file, "/frames/range");
   const std::size_t frames = values.size() / pixels;

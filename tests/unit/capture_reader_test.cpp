@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The stage capture_reader: frames with their meaning, flags and NaN that agree, the camera.
+// The stage capture_reader: channels with their meaning, flags consistent with NaN, the camera.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/harness.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Recording captures that HDF5's own interface looks at: what is stored is what was written.
+// Recorded captures read with HDF5's own interface: the stored values equal the written ones.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/array.hpp>
@@ -40,7 +40,7 @@ tofgraph_view view_of(std::vector<float>& values, const std::vector<std::uint64_
   return view;
 }
 
-/// Writes frames of 3 x 2 whose pixels all hold the frame's number.
+/// Writes frames of 3 x 2 whose pixels all hold the frame number.
 void append_number(CaptureWriter& writer, std::size_t number) {
   std::vector<float> values(6, static_cast<float>(number));
   const tofgraph_view view = view_of(values, {2, 3});

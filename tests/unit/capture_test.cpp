@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading captures that HDF5's own interface made: what is read is what is stored, what is wrong is named.
+// Captures written with HDF5's own interface: the values read equal the stored ones, errors are named.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/array.hpp>
@@ -129,7 +129,7 @@ TEST_F(CaptureFile, UnknownDatasetsAreChannelsOrLeftOut) {
   EXPECT_EQ(reader.ignored(), std::vector<std::string>({"average", "voltage"}));
 }
 
-// What is wrong with a file is named.
+// Errors in a file are named.
 
 TEST_F(CaptureFile, NoFile) {
   expect_words(why(), {path.string(), "there is no such file"});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The stage capture_writer, looked at with HDF5's own interface.
+// The stage capture_writer, examined with HDF5's own interface.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/harness.hpp>

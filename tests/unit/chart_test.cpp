@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers in pictures: short, whole, and none that reads as another.
+// Numbers in charts: short, complete, and none that can be misread.
 #include "report/chart.hpp"
 #include "report/page.hpp"
 
@@ -49,7 +49,7 @@ TEST(Chart, TicksStandForThemselves) {
   EXPECT_EQ(svg.find("stroke-width=\"2\"/></g>"), svg.rfind("stroke-width=\"2\"/></g>")) << "the legend's alone";
 }
 
-/// A telephone scrolls what is wide: letters of a scaled picture would be too small.
+/// Wide charts scroll on a phone: the text of a scaled chart would be too small.
 TEST(Chart, WideOnesScroll) {
   const Chart c{.title = "t", .x_label = "x", .y_label = "y", .series = {}};
   EXPECT_THAT(chart(c, 860), testing::HasSubstr("min-width:731px"));

@@ -61,7 +61,7 @@ TEST(Child, TellsOfSilence) {
   EXPECT_GE(times, 1);
 }
 
-/// Programs that embed this have their own way with SIGCHLD.
+/// Programs that embed the library have their own handling of SIGCHLD.
 TEST(Child, EndsWhereSigchldIsBlockedAndLeavesAHandlerAlone) {
   static std::atomic<int> told{0};
   struct sigaction own {
@@ -92,7 +92,7 @@ TEST(Child, WithoutDescriptorsIsAnError) {
   EXPECT_EQ(why, "Too many open files");
 }
 
-/// A pipe that another child inherits would keep open what was closed here.
+/// A pipe inherited by another child would remain open after it is closed here.
 TEST(Child, ManyAtOnceEndEachAtItsOwnTime) {
   std::vector<std::thread> threads;
   std::atomic<int> right{0};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files are read back with PCL's readers and compared with what went in.
+// Files are read back with PCL's readers and compared with the input.
 #include "tests/program.hpp"
 
 #include <tofgraph/harness.hpp>
@@ -59,7 +59,7 @@ template <class T> T field(const pcl::PCLPointCloud2& cloud, const std::string& 
 
 bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
 
-/// Compares with what went in; tolerance 0: bit for bit.
+/// Compares with the input; tolerance 0: bit for bit.
 void expect_cloud(const pcl::PCLPointCloud2& read, const Cloud& c, bool dense, float tolerance) {
   std::size_t at = 0;
   for (std::size_t i = 0; i < pixels; ++i) {

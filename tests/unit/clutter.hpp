@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A rail where conditions have something of their own, for tests of the search.
+/// @file A rail whose conditions have nuisances of their own, for tests of the search.
 #pragma once
 
 #include "tests/unit/rail.hpp"
@@ -12,7 +12,7 @@ namespace tofgraph::diagnosis {
 
 class Clutter : public Rail {
  protected:
-  /// Few candidates do here.
+  /// Keeps a few candidates, which suffice here.
   void keep_few() {
     const std::set<std::string> kept = {"wiggling",        "crosstalk",   "source_position",
                                         "lens_distortion", "zero_offset", "integration_time_offset",
@@ -24,7 +24,7 @@ class Clutter : public Rail {
     keep_few();
   }
 
-  /// Data in which every pixel of a condition shows more distance. @param more by condition and superpixel, m
+  /// Data with extra distance. @param more by condition and superpixel, m
   template <class F> std::vector<Observations> shifted(std::vector<Observations> data, F more) const {
     const std::size_t n = design->superpixels();
     for (std::size_t i = 0; i < data.size(); ++i) {
@@ -37,7 +37,7 @@ class Clutter : public Rail {
     return search(make_problem(*design, data), {}, candidates, {});
   }
 
-  /// A wiggle, and what the clutter makes of the search for it.
+  /// Expects wiggling alone with its true values, undisturbed by the clutter.
   void expect_wiggling_alone(const SearchResult& result, const std::vector<double>& truth) const {
     ASSERT_EQ(names(result), std::vector<std::string>{"wiggling"});
     EXPECT_TRUE(result.rest.empty()) << name_of(result.rest.front());

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Patterns.AnotherSizeIsNotTakenForTheBoard:Patterns.NothingIsFoundInNoise
 // Rooms: calibration
-// Patterns with an identity, circles, and what must not be taken for the pattern.
+// Patterns with coded markers, circles, and images that must not be mistaken for the pattern.
 #include <gtest/gtest.h>
 
 #include "calibration/corners.hpp"
@@ -24,12 +24,12 @@ const std::vector<Eigen::Vector2d>& rays() {
   return table;
 }
 
-/// Poses with the given part of the image filled; the middle may be off the image's.
+/// Poses in which the board fills the given part of the image; its centre may be off the image centre.
 test::TruePose pose_of(double distance, double tilt_x, double tilt_y, double x = 0, double y = 0) {
   return {{tilt_x, tilt_y, 0.05}, {x, y, distance}};
 }
 
-/// Root mean square of the points' errors, px. @param square to the truth of the pattern's own numbers
+/// Root mean square error of the points, px, relative to the true points of the pattern's own numbers.
 double error_of(const std::vector<Corner>& corners, const std::vector<BoardPoint>& points, const test::TruePose& pose) {
   const test::TrueLens lens;
   double squares = 0;
@@ -62,7 +62,7 @@ TEST(Patterns, CharucoCornersAreKnownAlsoWhereABoardIsCutOff) {
     const BoardSearch search = find_board(image, pattern);
     ASSERT_TRUE(search.found()) << search.reason;
     EXPECT_GE(search.corners.size(), wanted);
-    // the numbers of the corners are those of the board: right places, not only a lattice
+    // the corner numbers are those of the board: absolute positions, not only a lattice
     double best = error_of(search.corners, points, pose);
     std::printf("charuco: %zu corners, %.3f px\n", search.corners.size(), best);
     EXPECT_LT(best, 0.15);
@@ -106,7 +106,7 @@ TEST(Patterns, GridsOfCirclesAreFound) {
   }
 }
 
-/// Another board than the campaign's is refused, and told.
+/// A board other than the campaign's is rejected and reported.
 TEST(Patterns, AnotherSizeIsNotTakenForTheBoard) {
   test::TrueBoard larger;
   larger.columns = 9;

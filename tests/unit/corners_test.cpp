@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Corners.BoardsAreFound*
 // Rooms: calibration
-// Boards in noisy images of few pixels: found, never a wrong one, and as exact as is said.
+// Boards in noisy images of few pixels: found, never a wrong one, and as accurate as stated.
 #include <gtest/gtest.h>
 
 #include "calibration/corners.hpp"
@@ -21,7 +21,7 @@ struct Score {
   double squares = 0, chi = 0, corners = 0;
 };
 
-/// Corners against the truth; a chessboard may be found turned by half a turn, a square one by quarters.
+/// Compares corners with the truth; a chessboard may be found turned by half a turn, a square one by quarter turns.
 void compare(const BoardSearch& search, const std::vector<Eigen::Vector2d>& truth, Score& score) {
   ++score.views;
   if (!search.found()) return;
@@ -63,8 +63,8 @@ double smallest_square(const test::TrueBoard& board, const std::vector<Eigen::Ve
   return least;
 }
 
-/// Views of all kinds: the board fills 25 to 90 % of the image's width, tilts to 45 deg, contrast, noise and blur
-/// differ.
+/// Views of all kinds: the board fills 25 to 90 % of the image width, tilts up to 45 deg; contrast, noise and blur
+/// vary.
 Score search_boards(int size, int count) {
   test::TrueLens lens;
   const double ratio = size / 204.0;

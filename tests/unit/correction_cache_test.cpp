@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Compiled correction tables as bytes, and back.
+// Compiled correction tables converted to bytes and back.
 #include <gtest/gtest.h>
 
 #include "simulation/correction_cache.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Against the same pixels picked one by one.
+// Compared with the same pixels picked one by one.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
@@ -101,7 +101,7 @@ TEST(Crop, MarksCloudsWhoseSizeChanges) {
       stage.put<float>("points", {1, depth.size(), 3}, points);
       if (with_flags) stage.put<std::uint16_t>("flags", {1, depth.size()}, std::vector<std::uint16_t>(depth.size(), 2));
     };
-    put({});  // 0: known with the frame only
+    put({});  // 0: known only with the frame
     stage.prepare();
     const std::uint16_t good = with_flags ? 2 : 0, bad = with_flags ? 3 : 1;
     for (const std::vector<float>& depth : {std::vector<float>{0.5F, 2.0F, 0.7F}, {}, {3.0F}, {1, 2, 3, 4, 0.5F}}) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CutCapture.EveryWhole*
 // Rooms: io
-// Captures that are shorter than they were: repair keeps the frames whose chunks are whole.
+// Truncated captures: repair keeps the frames whose chunks are complete.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t side = 32, frames = 10, frame = side * side;
 
-/// Each frame holds its number and the pixel's; metadata come after the channels, as a program without tofgraph writes.
+/// Each frame holds its number and that of the pixel; metadata follow the channels, as other programs write them.
 class CutCapture : public CaptureFile {
  protected:
   void write() const {
@@ -71,7 +71,7 @@ TEST_F(CutCapture, EveryWholeFrameIsKeptWhereverTheFileEnds) {
         for (std::size_t i = 0; i < frame; ++i) ASSERT_EQ(values[i], static_cast<float>(f * frame + i) + more);
       }
     }
-    // Metadata that are lost are unknown, never zero.
+    // Lost metadata are unknown, never zero.
     const double time = reader.metadata(0).integration_time;
     EXPECT_TRUE(std::isnan(time) || time == 2e-3) << time;
   }
@@ -107,7 +107,7 @@ TEST_F(CutCapture, ARecordingOfThisProgramIsRepairedToo) {
   }
 }
 
-/// Ends in the file of each frame: the farthest of its chunks, by HDF5 itself.
+/// File offset of the end of each frame, the end of its last chunk, as reported by HDF5.
 std::vector<std::uintmax_t> ends_of_frames(const fs::path& file, const std::vector<std::string>& channels) {
   std::vector<std::uintmax_t> ends;
   const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT);
@@ -137,7 +137,7 @@ struct Ending {
   bool killed;
 };
 
-/// Recordings of this program, cut by a share of their bytes, at the end of a frame and one byte before it.
+/// Recordings of this program, truncated at a fraction of their bytes, at the end of a frame and one byte before it.
 class CutRecording : public CutCapture, public testing::WithParamInterface<Ending> {
  protected:
   static constexpr std::size_t recorded = 60;
@@ -170,11 +170,11 @@ class CutRecording : public CutCapture, public testing::WithParamInterface<Endin
                      .integration_time = 2e-3},
                     views);
     }
-    if (!finish) _exit(0);  // as a kill: the writer's end would close the file in order
+    if (!finish) _exit(0);  // like a kill: the writer's destructor would close the file cleanly
     writer.finish(R"({"made": "by a test"})");
   }
 
-  /// @returns the capture, or the .part of a recorder that was killed
+  /// @returns the capture, or the .part file of a killed recorder
   fs::path recording() const {
     if (!GetParam().killed) {
       record(path, GetParam().compression, true);
@@ -212,7 +212,7 @@ TEST_P(CutRecording, KeepsTheFramesWhoseChunksAreWholeAndCountsTheOthers) {
     const std::string problem = thrown([&] { result = io::repair_capture(cut, mended, false); });
     const std::string where = "at " + std::to_string(bytes) + " of " + std::to_string(size);
     if (held == 0) {
-      // Where the cause is that no structure is left, it is stated.
+      // If no structure is left, the message states this as the cause.
       const std::string begin = cut.string() + " was cut off: it has " + std::to_string(bytes) + " of " +
                                 std::to_string(size) + " bytes, and ";
       EXPECT_TRUE(problem == begin + "no whole frame is in them" ||
@@ -236,7 +236,7 @@ TEST_P(CutRecording, KeepsTheFramesWhoseChunksAreWholeAndCountsTheOthers) {
         const float scale = reader.channels()[c].name == "amplitude" ? 2 : 1;
         for (std::size_t p = 0; p < frame; ++p) ASSERT_EQ(values[p], scale * value(f, p)) << where << " frame " << f;
       }
-      // Known and right, or unknown and counted.
+      // Either known and correct, or unknown and counted.
       const bool lost = f + result.without_time >= result.frames;
       EXPECT_EQ(metadata.timestamp_ns, lost ? 0 : 1000 + static_cast<std::int64_t>(f)) << where;
       EXPECT_EQ(std::isnan(metadata.integration_time), lost) << where;

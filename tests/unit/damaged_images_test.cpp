@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Images that end too early, announce too much, or are stored in unusual ways.
+// Images that end too early, declare too large a size, or are stored in unusual ways.
 #include <gmock/gmock.h>
 
 #include <fmt/format.h>

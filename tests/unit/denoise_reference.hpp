@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file
-/// For tests of denoisers: their equations (reference, section 8) word by word in double precision, and the pallet of
-/// boxes that the reference judges them by, cast ray by ray.
+/// @file Reference for tests of denoisers: their equations (reference, section 8), implemented
+/// literally in double precision, and the pallet of boxes on which the reference evaluates them,
+/// ray-cast.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace test {
 
-/// NaN: invalid, and so is everything outside.
+/// NaN: invalid, as is everything outside.
 struct Image {
   std::ptrdiff_t rows, columns;
   std::vector<float> values;
@@ -29,27 +29,27 @@ struct Image {
   bool valid(std::ptrdiff_t r, std::ptrdiff_t c) const { return !std::isnan(at(r, c)); }
 };
 
-/// The filtered image, and the deviation of each pixel for independent noise `sigma`; NaN where invalid.
+/// The filtered image, and the standard deviation of each pixel for independent noise `sigma`; NaN if invalid.
 struct Denoised {
   std::vector<double> values, sigma;
 };
 
-/// weight(r, c, dy, dx): of the valid pixel at (dy, dx) from the valid pixel (r, c).
+/// weight(r, c, dy, dx): weight of the valid pixel at (dy, dx) for the valid pixel (r, c).
 using Weight = std::function<double(std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t, std::ptrdiff_t)>;
 
-/// h(r, c): the strength at a pixel, m.
+/// h(r, c): the filter strength at a pixel, m.
 using Strength = std::function<double(std::ptrdiff_t, std::ptrdiff_t)>;
 
 /// Dependence of weights on the compared lengths.
 struct Comparing {
   Strength h;
   int patch = 1;        // side
-  double a = INFINITY;  // of the patch's Gaussian in pixels, infinite: all count alike
+  double a = INFINITY;  // of the patch's Gaussian in pixels; infinite: uniform weights
   bool robust = false;  // weights of 1 do not change
   bool guided = false;
 };
 
-/// Sums of a weighted mean, the centre not included.
+/// Sums of a weighted mean, excluding the centre.
 struct MeanSums {
   double weights = 0, moment = 0, squares = 0, variance = 0, noise = 0, free_moment = 0, free_squares = 0;
 
@@ -59,7 +59,7 @@ struct MeanSums {
   }
 };
 
-/// The shares of a patch's pixels: of the middle, as it counts itself and as it pulls the weights, and the sum of the
+/// Shares of a patch's pixels: of the centre, in its own sum and in its influence on the weights, and the sum of the
 /// squares of the others.
 struct Shares {
   double middle, pull, squares;
@@ -80,7 +80,7 @@ struct Shares {
   }
 };
 
-/// The variance of a mean as plugins/filters/spread_vector.hpp states it. @param s of the centre
+/// Variance of a mean as stated by plugins/filters/spread_vector.hpp. @param s sigma of the centre
 inline double mean_variance(const MeanSums& m, const Shares& g, double c, bool robust, double s) {
   const double all = m.weights + 1, mean = m.moment / all, own = s * s;
   const double spread = std::max(m.squares / all - mean * mean, 0.0);
@@ -118,7 +118,7 @@ inline Denoised averaged(const Image& u, const Image& sigma, int side, const Wei
   return result;
 }
 
-/// (7.1), (7.3) and (7.7).
+/// Equations (7.1), (7.3) and (7.7).
 inline Weight yaroslavsky_weight(const Image& u, const Strength& h) {
   return [&u, h](auto r, auto c, auto dy, auto dx) {
     const double d = (u.at(r, c) - u.at(r + dy, c + dx)) / h(r, c);
@@ -132,7 +132,7 @@ inline Weight bilateral_weight(const Image& u, const Strength& h, double rho) {
   };
 }
 
-/// @param a of the patch's Gaussian in pixels, infinite: all count alike
+/// @param a of the patch's Gaussian in pixels; infinite: uniform weights
 inline Weight non_local_means_weight(const Image& u, const Strength& h, int patch, double a) {
   return [&u, h, a, p = static_cast<std::ptrdiff_t>(patch / 2)](auto r, auto c, auto dy, auto dx) {
     double sum = 0, all = 0;
@@ -149,8 +149,8 @@ inline Weight non_local_means_weight(const Image& u, const Strength& h, int patc
   };
 }
 
-/// The robust and guided variant as the stage's documentation defines it, for one sigma s and amplitudes whose
-/// deviation is the part `relative` of them: Gaussian with a = 1 px, edges at 4 h.
+/// The robust and guided variant as defined in the stage's documentation, for a single sigma s and amplitudes whose
+/// relative standard deviation is `relative`: Gaussian with a = 1 px, edges at 4 h.
 inline Weight robust_weight(const Image& u, const Image& amplitude, double h, int patch, double s, double relative) {
   return
       [&u, &amplitude, h, s, relative, p = static_cast<std::ptrdiff_t>(patch / 2)](auto r, auto c, auto dy, auto dx) {
@@ -173,15 +173,15 @@ inline Weight robust_weight(const Image& u, const Image& amplitude, double h, in
       };
 }
 
-/// The pallet of boxes as the camera sees it without noise: depth in metres, and the surfaces' reflected light in
-/// counts, as it falls off with the square of the path and with the angle of incidence.
+/// Noise-free camera image of the pallet of boxes: depth in metres, and reflected light of the surfaces in counts,
+/// which falls off with the square of the path and with the angle of incidence.
 struct Scene {
   Image depth, amplitude;
 };
 
-/// Boxes of 150 x 150 x 250 mm, 3 x 3 of them on a pallet; tops 500 mm away from a pinhole camera of the CamCube's
-/// focal length that looks straight down.
-/// @param gap between the boxes, m. Without one, no wall is seen; with one, inner walls, up to 12 mm deeper a pixel.
+/// Boxes of 150 x 150 x 250 mm, 3 x 3 of them on a pallet; tops 500 mm from a pinhole camera with the CamCube's focal
+/// length that looks straight down. @param gap between the boxes, m. Without a gap no wall is visible; with a gap,
+/// inner walls are visible, up to 12 mm deeper per pixel.
 inline Scene box_scene(std::ptrdiff_t size = 204, double gap = 0) {
   constexpr double side = 0.150, top = 0.500, floor = 0.750, focal = 175.4;
   Scene scene{Image(size, size), Image(size, size)};
@@ -195,7 +195,7 @@ inline Scene box_scene(std::ptrdiff_t size = 204, double gap = 0) {
       for (int box = 0; box < 9; ++box) {
         const std::array<double, 2> corner = {(box % 3 - 1) * (side + gap) - side / 2,
                                               (box / 3 - 1) * (side + gap) - side / 2};
-        // It hits the box where it is within all three slabs at once: at depths from enter to leave.
+        // The ray hits the box where it is within all three slabs: at depths from enter to leave.
         double enter = top, leave = floor, facing = 1 / length;
         for (std::size_t axis = 0; axis < 2; ++axis) {
           const double one = corner[axis] / slope[axis], other = (corner[axis] + side) / slope[axis];
@@ -216,7 +216,7 @@ inline Scene box_scene(std::ptrdiff_t size = 204, double gap = 0) {
   return scene;
 }
 
-/// Pixels within `radius` of a step of depth of more than 30 mm between neighbours.
+/// Pixels within `radius` of a depth step of more than 30 mm between neighbours.
 inline std::vector<bool> edges_of(const Image& depth, std::ptrdiff_t radius) {
   std::vector<bool> edge(depth.values.size());
   const auto mark = [&](std::ptrdiff_t row, std::ptrdiff_t column) {

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: DenoisedSigma.IsNever*
 // Rooms: plugins
-// The sigma that denoisers state against the spread of what they return, by Monte Carlo: tall boards whose columns are
-// thousands of repetitions of the same surroundings.
+// The sigma stated by denoisers, compared with the standard deviation of their results, by Monte Carlo: tall boards
+// whose columns are thousands of repetitions of the same neighbourhood.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -20,10 +20,10 @@
 namespace tofgraph {
 namespace {
 
-constexpr std::size_t rows = 3000, columns = 40, border = 10;  // border: rows left out at the top and at the bottom
+constexpr std::size_t rows = 3000, columns = 40, border = 10;  // border: rows excluded at the top and at the bottom
 
-/// A board as a function of the column: slope along and 0.3 of it across the rows, a step and another noise from the
-/// middle column on.
+/// A board as a function of the column: slope along the rows and 0.3 of it across them, a depth step and different
+/// noise from the middle column on.
 struct Board {
   double slope = 0;                           // m per pixel
   double step = 0;                            // m
@@ -36,9 +36,9 @@ struct Board {
   double noise(std::size_t c) const { return c < columns / 2 ? sigma : other_sigma; }
 };
 
-constexpr double relative = 4 * M_PI * 20e6 / 299792458;  // deviation of an amplitude, as a part of it, per metre
+constexpr double relative = 4 * M_PI * 20e6 / 299792458;  // relative standard deviation of the amplitude per metre
 
-/// Stated sigma over real spread, and the real variance, of each column.
+/// Ratio of stated to actual standard deviation, and the actual variance, of each column.
 struct Column {
   double stated = 0, real = 0;  // m^2
 };
@@ -77,7 +77,7 @@ std::vector<Column> columns_of(const std::string& line, const Board& board) {
   return result;
 }
 
-/// Stated over real, root mean square, over the columns [first, last).
+/// Ratio of stated to actual standard deviation, root mean square over the columns [first, last).
 double ratio(const std::vector<Column>& found, std::size_t first, std::size_t last) {
   Column sum;
   for (std::size_t c = first; c < last; ++c) sum.stated += found[c].stated, sum.real += found[c].real;
@@ -108,7 +108,7 @@ const std::vector<std::string> patch_filters = {"non_local_means",
                                                 "non_local_means patch_weights=robust guide=amplitude strength='20 mm'",
                                                 "non_local_means patch_weights=robust patch=5 sigma_adaptive=true"};
 
-/// The least and the greatest ratio of a test, printed at its end.
+/// The smallest and the largest ratio of a test, printed at its end.
 struct Extremes {
   std::string what;
   double least = INFINITY, greatest = 0;
@@ -139,7 +139,7 @@ TEST(DenoisedSigma, IsTheSpreadOnSlopes) {
   }
 }
 
-/// Each half alone, where 5 mm and 15 mm meet as well.
+/// Each half alone, also where 5 mm and 15 mm meet.
 TEST(DenoisedSigma, IsTheSpreadWhereTwoAmplitudesMeet) {
   Extremes extremes("two amplitudes");
   for (const auto* lines : {&pixel_filters, &patch_filters}) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: BentBoards.AreNoEffect*:OneBentBoard.*
 // Rooms: diagnosis simulation
-// Boards that are not flat are no effect of the camera, and what is the camera's is none of a board's.
+// Boards that are not flat do not give an effect of the camera, and effects of the camera are not attributed to boards.
 #include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/search.hpp"
 #include "tests/unit/clutter.hpp"
@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Each target a shape of its own, 1 mm in waves of 0.9 to 1.3 m: heights in the places where pixels meet the board.
+/// A different shape for each target, 1 mm in waves of 0.9 to 1.3 m: heights at the points that the pixels see.
 class BentBoards : public Clutter {
  protected:
   /// @param of shape of a target
@@ -45,7 +45,7 @@ TEST_F(BentBoards, AreNoEffectAndAreShownAsTheyAre) {
   expect_wiggling_alone(beside, {wiggle.begin(), wiggle.end()});
 }
 
-/// The contrast is measured where effects are fitted: on conditions that were put aside it does not follow the shapes.
+/// The contrast is estimated where effects are fitted; on held-out conditions it does not follow the shapes.
 TEST_F(BentBoards, AreNoEffectBesideAContrastThatIsNotTheProfiles) {
   std::vector<Observations> data = bent(data_with(wiggling(), 42), own_shape);
   const std::size_t n = design->superpixels();
@@ -57,8 +57,8 @@ TEST_F(BentBoards, AreNoEffectBesideAContrastThatIsNotTheProfiles) {
   EXPECT_NEAR(result.after.state.nuisances.boards->sd, 1e-3, 2e-4);
 }
 
-/// The promised gain of shapes equals their worth: the deviance with them, and their cost, where a board may stand
-/// anywhere and have any light.
+/// The predicted gain of shapes equals the actual one: the deviance with them plus their cost, with boards at
+/// unconstrained positions and unconstrained light.
 TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
   const std::vector<Observations> data = bent(data_with({}, 50), own_shape);
   const Problem problem = make_problem(*design, data);
@@ -71,7 +71,7 @@ TEST_F(BentBoards, CostWhatBeingAnyShapeIsWorth) {
   EXPECT_NEAR(flat - deviance_of(problem, state) - trial.boards->cost, trial.gain, 0.02 * trial.gain);
 }
 
-/// A field common to all targets belongs to the camera, or the room.
+/// A field common to all targets belongs to the camera or the room.
 TEST_F(BentBoards, OneShapeForAllIsNone) {
   const SearchResult result =
       searched(bent(data_with({}, 43), [](const std::string&, double x, double y) { return own_shape("one", x, y); }));
@@ -79,7 +79,7 @@ TEST_F(BentBoards, OneShapeForAllIsNone) {
   EXPECT_TRUE(result.something_left() || !result.found.empty());
 }
 
-/// Single target at many distances: a field fixed to the board grows in the image at short distances.
+/// Single target at many distances: a field fixed to the board appears larger in the image at short distances.
 class OneBentBoard : public BentBoards {
  protected:
   void SetUp() override {
@@ -100,7 +100,7 @@ TEST_F(OneBentBoard, IsNoEffectAndKeepsItsPlace) {
   expect_wiggling_alone(searched(bent(data_with(wiggling(), 45), own_shape)), {wiggle.begin(), wiggle.end()});
 }
 
-/// A field fixed to the camera is not assigned to the board, however smooth.
+/// A field fixed to the camera is not attributed to the board, however smooth it is.
 TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
   for (const char* hidden : {"source_position", "principal_point"}) {
     const SearchResult result = searched(data_with({random_term(effect(hidden), 1, 46)}, 46));
@@ -109,7 +109,7 @@ TEST_F(OneBentBoard, IsNotTakenForTheCamera) {
   }
 }
 
-/// Boards that lean: their shapes stand out along their own normal, and no amplitude lacks anything.
+/// Tilted boards: shapes are displacements along the boards' normals, and no amplitude residual remains.
 TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].board_tilt_y = i % 4 == 1 ? 0.5 : 0;
   measure();
@@ -123,7 +123,7 @@ TEST_F(OneBentBoard, LeansAndStaysAsItIs) {
     simulation::board_tracer(design->camera().focal_length, pose)({}, rays, hits);
     const double lean = std::cos(pose.tilt_y);
     for (std::size_t s = 0; s < n; ++s) {
-      // Along the board, which turns about y; a height along its normal is so much more along the axis.
+      // Along the board, which turns about y; a height along the normal is larger by this factor along the axis.
       const double x = hits[s].point.x / lean, height = own_shape("white", x, hits[s].point.y) / lean;
       for (std::size_t o = 0; o < observables; ++o) data[i].value[o * n + s] += height * design->shift(i)[o * n + s];
     }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A capped lens in a design: what a search adds to it, and what it has none of.
+// A capped lens in a design: the rows it adds to a search, and the quantities that do not apply to it.
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/folds.hpp"
 #include "diagnosis/search/patterns.hpp"
@@ -30,8 +30,8 @@ class Capped : public Rail {
   std::size_t last = 0;
 };
 
-/// Crosstalk X adds X t to the phasor, whatever stands before the camera; its stand-in is a board at a quarter of the
-/// wavelength of the modulation, of which the inverse square law tells the amplitude.
+/// Crosstalk X adds X t to the phasor, independent of the scene; a capped lens is represented by a board at a quarter
+/// of the modulation wavelength, whose amplitude follows from the inverse square law.
 TEST_F(Capped, ShowsWhatIsInsideAsThatBoardWould) {
   const Candidate& crosstalk = effect("crosstalk");
   const std::vector<double> values = {900, -400};  // counts/s, real and imaginary
@@ -45,7 +45,7 @@ TEST_F(Capped, ShowsWhatIsInsideAsThatBoardWould) {
     EXPECT_NEAR(rows[distance * n + s], scale * std::arg(ratio), 1e-9);
     EXPECT_NEAR(rows[amplitude * n + s], std::log(std::abs(ratio)), 1e-9);
   }
-  // Near the axis: gain x reflectivity x time / D_t^2, D_t the way there and back.
+  // Near the axis: gain x reflectivity x time / D_t^2 with D_t the round trip.
   const double range = physics::unambiguous_range(with->camera().modulation_frequency);
   const double strength = std::abs(with->ideal(last)[n / 2 + grid / 2].phasor);
   EXPECT_NEAR(strength / (with->camera().gain * settings.unknown_reflectivity * time / (range * range)), 1, 0.05);

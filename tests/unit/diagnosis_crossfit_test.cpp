@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OutOfSample.WhatIsPutAside*:OutOfSample.FoldsThatAreKnown*
 // Rooms: diagnosis simulation
-// Proof out of sample: what is put aside is not seen by anything that chooses or fits.
+// Held-out tests: held-out data are not used by any step that chooses or fits.
 #include "diagnosis/search/crossfit.hpp"
 #include "tests/unit/rail.hpp"
 
@@ -17,7 +17,7 @@ class OutOfSample : public Rail {
   CrossFit folds(const std::vector<Observations>& data) const {
     return cross_fit(folds_of(*design), *design, data, {}, candidates, {});
   }
-  /// Few candidates do here.
+  /// A few candidates suffice here.
   void SetUp() override {
     Rail::SetUp();
     const std::set<std::string> kept = {"wiggling", "crosstalk", "source_position", "zero_offset"};
@@ -30,7 +30,7 @@ TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
   for (const Fold& fold : folds_of(*design)) {
     seen[fold.setting].insert(fold.held.begin(), fold.held.end());
     EXPECT_LT(fold.held.size(), design->size());
-    // Whole levels: no condition that is left has the distance of one that is not.
+    // Whole levels: no remaining condition has the distance of a held-out one.
     if (fold.setting != "distance") continue;
     std::set<double> held, left;
     for (std::size_t i = 0; i < design->size(); ++i)
@@ -45,7 +45,7 @@ TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
   }
 }
 
-/// Sixteen of twenty conditions in one session: four cannot predict them; fifteen leave a quarter.
+/// Sixteen of twenty conditions in one session: four cannot predict them; with fifteen, a quarter remains.
 TEST_F(OutOfSample, ASessionWithNearlyAllConditionsIsNotPutAside) {
   for (const std::size_t large : {16U, 15U}) {
     for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].session = i < large ? "large" : "small";
@@ -89,8 +89,8 @@ TEST_F(OutOfSample, EachLevelIsPutAsideAloneAndHalvesAtRandom) {
   EXPECT_NE(halves.front().held, other.front().held);
 }
 
-/// A leak is planted: what is put aside is replaced by something else. The model that predicts it may not change by one
-/// bit, while every model that was fitted to it does.
+/// A planted leak: held-out data are replaced by other data. The model that predicts them must not change by a single
+/// bit, while every model fitted to them does.
 TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
   const CrossFit honest = folds(data);
@@ -120,7 +120,7 @@ TEST_F(OutOfSample, WhatIsPutAsideIsNotSeen) {
   }
 }
 
-/// Folds that are known are taken as they are, and what is asked may be answered by them alone.
+/// Known folds are reused unchanged, and requested effects may be evaluated on them alone.
 TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
   const CrossFit all = folds(data);
@@ -139,17 +139,17 @@ TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
   EXPECT_FALSE(answered.complete);
 }
 
-/// The gap out of fold against that of new data of the same camera at the distances in between.
+/// The held-out gap, compared with that of new data of the same camera at the distances in between.
 TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   const Term truth = random_term(effect("wiggling"), 1, 6);
   const CrossFit result = folds(data_with({truth}, 7));
   EXPECT_EQ(result.chosen_fraction({"wiggling"}), 1);
   const CrossFit::Gap gap = result.gap(distance, "distance", 1);
-  // A sine of 5 mm is what is predicted; at these distances its mean square is near a half.
+  // The predicted effect is a sine of 5 mm; at these distances its mean square is near one half.
   EXPECT_NEAR(std::sqrt(gap.before * gap.before - gap.after * gap.after), 5e-3 / std::numbers::sqrt2, 5e-4);
   EXPECT_LT(gap.low, gap.after);
   EXPECT_GT(gap.high, gap.after);
-  // Jitter of 0.5 mm and the noise of pixels are all that there is.
+  // Only jitter of 0.5 mm and pixel noise remain.
   double noise = 0, count = 0;
   for (std::size_t i = 0; i < design->size(); ++i) {
     for (std::size_t s = 0; s < design->superpixels(); ++s) {
@@ -172,7 +172,7 @@ TEST_F(OutOfSample, NothingIsChosenWhereNothingIsHidden) {
   }
 }
 
-/// Remaining effects are judged in folds that chose nothing else; if most folds chose others too, in all folds.
+/// Remaining effects are evaluated in folds that chose no others; if most folds chose others too, in all folds.
 TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   const auto fold = [](std::vector<std::string> chosen, double before, double after) {
     FoldResult result;
@@ -191,14 +191,14 @@ TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   EXPECT_NEAR(result.depth_with_only(a).before, 3e-3, 1e-12);
   EXPECT_NEAR(result.depth_with_only(a).after, 1e-3, 1e-12);
   EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(9.0) * 1e-3, 1e-12);
-  // A fold that chose nothing says nothing of them.
+  // A fold that chose nothing gives no information about them.
   result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({}, 2e-3, 2e-3), fold({"a", "b", "c"}, 4e-3, 5e-3)};
   EXPECT_FALSE(result.depth_with_only(both).alone);
   EXPECT_NEAR(result.depth_with_only(both).before, std::sqrt(8.0) * 1e-3, 1e-12);
   EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(110.0 / 3) * 1e-3, 1e-12);
 }
 
-/// Conditions of one distance may share what no model has: an interval of the gap draws them together.
+/// Conditions at one distance may share an unmodelled error: the interval of the gap resamples them together.
 TEST(GapOutOfFold, IsDrawnByClusters) {
   CrossFit result;
   FoldResult& fold = result.folds.emplace_back();
@@ -215,7 +215,7 @@ TEST(GapOutOfFold, IsDrawnByClusters) {
   EXPECT_NEAR((together.high - together.low) / (single.high - single.low), std::sqrt(10), 0.3);
 }
 
-/// Reflectivities of a target that was put aside come from its amplitudes: boards that are somewhere else do not change
+/// Reflectivities of a held-out target come from its amplitudes: boards at other positions do not change
 /// them.
 TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
   const std::vector<Observations> data = data_with({random_term(effect("crosstalk"), 1, 3)}, 4);
@@ -228,7 +228,7 @@ TEST_F(OutOfSample, ATargetThatWasPutAsideIsPredictedFromItsAmplitude) {
   }
 }
 
-/// A condition held out by three folds is a single measurement: its interval is that of one.
+/// A condition held out by three folds is a single measurement: its interval is that of a single fold.
 TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   const auto fold = [](const std::string& chosen, std::size_t condition, double less, double with) {
     FoldResult result;
@@ -248,12 +248,12 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   EXPECT_EQ(own.without - own.with, 120);
   EXPECT_EQ(both.without - both.with, 210);
   EXPECT_EQ(both.low, -120) << "both draws are the second condition in a quarter of the cases";
-  // What no fold chose has proved nothing, nor what no held-out condition could show.
+  // An effect that no fold chose, or that no held-out condition can show, is not significant.
   EXPECT_FALSE(held_out_improvement_of(result, {"c"}, 1).is_significant());
-  // One that gave no number did not choose.
+  // A fold that failed counts as one that did not choose the effect.
   result.folds.emplace_back().failed = "no number";
   EXPECT_EQ(result.chosen_fraction({"a", "b"}), 0.8);
-  // Where a fold chose both, either without the other is far off, and proves nothing.
+  // If a fold chose both, omitting either one gives a large error, which is not evidence for it.
   FoldResult twins = fold("a", 1, 1e6, 10);
   twins.chosen = {"a", "b"};
   twins.conditions[0].without["b"] = {1e6, 100, 0};
@@ -264,7 +264,7 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   EXPECT_EQ(beside.folds_alone, 4U);
 }
 
-/// In one fold another effect holds it up, and without it all is anywhere: what is told is what most folds say.
+/// In one fold the effect fails without another one: the median over the folds is reported.
 TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
   CrossFit result;
   for (const double taken_out : {5e-3, 0.8, 4e-3}) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Any exposures of one frequency, against least squares by Eigen and against what draws of noise say.
+// Arbitrary exposures of one frequency, compared with least squares by Eigen and with random draws of the noise.
 #include "diagnosis/data/observables.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ TEST(Demodulation, IsLeastSquares) {
     EXPECT_NEAR(signal.phasor.imag(), expected(1), 1e-9);
     EXPECT_NEAR(signal.null1, expected(2), 1e-9);
     EXPECT_EQ(signal.intensity, 17);
-    // What is left of the first image, in the unit of the residual.
+    // Residual of the first image, in units of its standard deviation.
     const Eigen::VectorXd left = samples - design * expected;
     const Eigen::VectorXd unit = Eigen::VectorXd::Unit(n, 0);
     const Eigen::VectorXd free = unit - design * design.colPivHouseholderQr().solve(unit);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Rail.BarsAre*
 // Rooms: diagnosis
-// What the gap report shows, against closed forms and brute force.
+// Figures of the gap report, compared with closed forms and brute force.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/intervals.hpp"
 #include "diagnosis/model/residual_structure.hpp"
@@ -17,7 +17,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Many draws of noise, jitter and light: measured minus truth scatters as the bars say, and so do superpixels.
+/// Many draws of noise, jitter and light: measured minus true values scatter as the bars state, as do superpixels.
 TEST_F(Rail, BarsAreAsLongAsDrawsScatter) {
   const Term term{&effect("zero_offset"), {4e-3}};
   Problem problem = make_problem(*design, blank);
@@ -40,7 +40,7 @@ TEST_F(Rail, BarsAreAsLongAsDrawsScatter) {
       }
       for (std::size_t s = 0; s < e.map_after.size(); ++s, ++map) of_map += std::pow(e.map_after[s] / e.map_sd[s], 2);
     }
-    // Some 400 conditions; the superpixels of one share its jitter.
+    // Some 400 conditions; the superpixels of one condition share its jitter.
     EXPECT_NEAR(square / count, 1, 0.25) << o;
     EXPECT_NEAR(of_pixels / pixels, 1, 0.25) << o;
     EXPECT_NEAR(of_map / map, 1, 0.9) << "what is common to a condition is common to its map " << o;
@@ -53,9 +53,9 @@ TEST_F(Rail, BarsAreAsLongAsDrawsScatter) {
   }
 }
 
-/// An effect that a single condition shows rests on it.
+/// An effect visible in a single condition is attributed to that condition.
 TEST_F(Rail, TheConditionThatShowsAnEffectCarriesIt) {
-  for (io::Condition& c : conditions) c.velocity = 0;  // where it is not stated the effect is in full
+  for (io::Condition& c : conditions) c.velocity = 0;  // unspecified means the full effect
   conditions[7].velocity = 0.3;
   measure();
   const Problem blank_problem = make_problem(*design, blank);
@@ -70,7 +70,7 @@ TEST_F(Rail, TheConditionThatShowsAnEffectCarriesIt) {
   EXPECT_GT(shares[7], 0.99);
 }
 
-/// Single column, known reflectivities: shares by dense covariances, written out.
+/// Single column, known reflectivities: shares computed explicitly from dense covariances.
 TEST_F(Rail, SharesAreThoseOfDenseCovariances) {
   conditions.resize(4);
   for (io::Condition& c : conditions) c.reflectivity = 0.6;
@@ -116,7 +116,7 @@ TEST(ByCondition, AGapOutOfFoldIsTheRootMeanSquareOverItsFolds) {
   EXPECT_NEAR(gaps[1].after, 1e-3, 1e-12);
 }
 
-/// Boards that stand 1 mm nearer and farther in turn, of a fit that allows each 3 mm: what they differ by is 1 mm.
+/// Boards alternately 1 mm nearer and farther, in a fit that allows 3 mm each: they differ by 1 mm.
 TEST_F(Rail, ScatterIsWhatConditionsDifferBy) {
   const Problem exact = make_problem(*design, blank);
   State state{{}, std::vector<double>(exact.targets.size(), 0), {.jitter = 3e-3, .offset = 0, .light = 1e-6}};
@@ -144,7 +144,7 @@ TEST(ParameterStatus, NumbersHaveTheDigitsOfTheirUncertainty) {
   EXPECT_EQ(with_uncertainty(2.8134, {2.2, 3.4}, "m/s"), "2.81 mm/ms \u00b1 0.60 mm/ms");
 }
 
-/// The digits of a gap are those that its interval leaves, two at least.
+/// The digits of a gap are limited by its interval, at least two.
 TEST(Shown, GapsHaveTheDigitsOfTheirUncertainty) {
   Gap gap;
   gap.held_out_low = 16.3e-3, gap.held_out_high = 40.4e-3;
@@ -173,7 +173,7 @@ TEST_F(Rail, WhatTheDataSayOfAParameter) {
   EXPECT_EQ(parameter_status(angle, {-0.1, 0.1}, 1e-3), ParameterStatus::determined) << "no angle changes nothing";
 }
 
-/// Limits of a campaign by its settings are noted before the search.
+/// Limitations that follow from the settings of a campaign are noted before the search.
 TEST_F(Rail, FewLevelsAndSettingsThatGoTogetherAreNoted) {
   const auto notes = [&](bool light) {
     measure();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: GivenValues.ACalibrated*:GivenValues.AWrong*:GivenValues.AnotherContrast*
 // Rooms: diagnosis
-// Values of the given model that the data do not determine stay; a contrast that is not the profile's is no effect.
+// Values of the given model that the data do not determine are kept; a contrast other than the profile's is no effect.
 #include "diagnosis/model/nuisances.hpp"
 #include "diagnosis/search/given_model.hpp"
 #include "tests/program.hpp"
@@ -15,7 +15,7 @@ namespace {
 
 class GivenValues : public Rail {
  protected:
-  /// The model as it is read from a file.
+  /// Reads the model from a file with these effects.
   const simulation::Model& given(const std::string& effects) {
     const std::filesystem::path file = folder_.path() / "model.yaml";
     std::ofstream(file) << "model: 1\ncamera: camcube2\nlight: physical\neffects:\n" << effects;
@@ -33,7 +33,7 @@ class GivenValues : public Rail {
   simulation::Model model_;
 };
 
-/// All was measured an hour after power-on: the drift is a constant, and the constant that is missing is simpler.
+/// All data were taken an hour after power-on: the drift is constant, and the missing constant is the simpler model.
 TEST_F(GivenValues, ACalibratedDriftDoesNotTakeThePlaceOfAConstant) {
   const std::vector<Observations> data =
       data_with({{&effect("zero_offset"), {0.028}}, {&effect("warm_up"), {-0.0107, 720, 0}}}, 11);
@@ -102,7 +102,7 @@ TEST_F(GivenValues, TheProfilesContrastIsNotOffWhereItIsRight) {
   EXPECT_FALSE(has_contrast(problem.nuisances));
 }
 
-/// An effect that adds to intensities only decreases with the brightness of a condition: it is not a contrast.
+/// An effect on intensities alone decreases with the brightness of a condition: it is not a contrast.
 TEST_F(GivenValues, TheContrastIsAnUnknownWhereTapsContradictTheProfileAlone) {
   const std::vector<Observations> lit = data_with({random_term(effect("ambient_light"), 1, 15)}, 15);
   EXPECT_FALSE(has_contrast(make_problem(*design, lit).nuisances));
@@ -122,7 +122,7 @@ TEST_F(GivenValues, NothingIsSaidOfContrastWithoutIntensities) {
   EXPECT_FALSE(contrast_of(make_problem(*design, data), {}, 1));
 }
 
-/// A dark level cancels in differences of taps: where there are no intensities its map is rounding.
+/// A dark level cancels in differences of taps: without intensities its map contains only rounding errors.
 TEST_F(GivenValues, MapsStayWithinWhatAPixelMayHave) {
   const MapParameter dark{0, "dark_map", "counts"}, rate{0, "dark_rate_map", "counts/s"}, offset{0, "map", "m"},
       gain{0, "map", ""};

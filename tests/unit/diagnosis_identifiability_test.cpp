@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Rail.IntervalsAllow*
 // Rooms: diagnosis
-// What values say: regions of several sizes, and intervals beside what is too small to be seen.
+// Identifiability of values: regions of several amplitudes, intervals that allow for effects too small to detect.
 #include "diagnosis/model/intervals.hpp"
 
 #include "diagnosis/search/search.hpp"
@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Three sizes of which the differences are known to 0.1 of a typical value and what is common to all of them is not.
+/// Three amplitudes whose differences are known to 0.1 of a typical value and whose common part is unknown.
 ModelFit differences_alone(const Candidate& candidate, const std::vector<double>& values) {
   ModelFit fit;
   fit.state.terms = {{&candidate, values}};
@@ -38,14 +38,14 @@ TEST_F(Rail, SizesOfWhichTheDifferencesAreKnownSaySomething) {
   const ModelFit alike = differences_alone(gains, {20 * step, 20 * step, 20 * step});
   EXPECT_EQ(identifiability_of(alike, 0, each_alone(alike), 1).why,
             "none of its amplitudes differs significantly from zero");
-  // The square is 0.67 / 0.01, and 7.81 are 95 % of three sizes: where the data scatter ten times as much it says
-  // nothing.
+  // The square is 0.67 / 0.01, and the 95 % limit for three amplitudes is 7.81: with ten times the scatter the result
+  // is not significant.
   EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 8).why, "");
   EXPECT_EQ(identifiability_of(differ, 0, each_alone(differ), 9).why,
             "none of its amplitudes differs significantly from zero");
 }
 
-/// @param half of the shape's interval, in typical values
+/// @param half of the nonlinear parameter's interval, in typical values
 Unidentified identifiability_at(const Candidate& candidate, const std::string& shape, double value, double half) {
   ModelFit fit;
   fit.state.terms = {{&candidate, {}}};
@@ -60,7 +60,7 @@ Unidentified identifiability_at(const Candidate& candidate, const std::string& s
   return identifiability_of(fit, 0, all, 1);
 }
 
-/// A warm-up of some seconds is an offset; a mirror that is known to be near is one, and of a share each value is.
+/// A warm-up of seconds is an offset; a reflection known to be near remains one; a fraction may have any value.
 TEST_F(Rail, AShapeThatWentToItsLimitSaysNothing) {
   const Candidate& warm_up = effect("warm_up");
   const Unidentified there = identifiability_at(warm_up, "time_constant", 9, 2);
@@ -98,13 +98,13 @@ TEST_F(Rail, ARefinementFarBeyondWhatIsTypicalHasItsPrice) {
   EXPECT_NEAR(bic_with(-3) - bic_with(0), 9, 1e-9) << "-2 ln of the normal density, less its value at off";
 }
 
-/// Lenses have a k2 that is drawn, and is not fitted: how often the interval of k1 holds the true one.
+/// Lenses with a random k2 that is not fitted: coverage of the interval of k1.
 TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
   const Candidate& plain = effect("lens_distortion");
   const auto size = std::ranges::find(plain.refinements(), "k2", &Refinement::name);
   ASSERT_NE(size, plain.refinements().end());
   const auto k2 = static_cast<std::size_t>(size - plain.refinements().begin());
-  constexpr double share = 1;  // of the typical value: the standard deviation of what is drawn
+  constexpr double share = 1;  // of the typical value: the standard deviation of the drawn k2
   std::mt19937_64 generator(7);
   std::normal_distribution<double> normal;
   int held_open = 0, held_shut = 0;
@@ -118,7 +118,7 @@ TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
     State start{{{&plain, {k1}}}, first_log_reflectivity(problem), {}};
     start.random_sd.offset = 0;
     State fitted = fit(problem, start).state;
-    update_grid_bias(problem, fitted);  // as data are reduced: all over the superpixels
+    update_grid_bias(problem, fitted);  // as data are reduced: averaged over the superpixels
     start = beside(fitted, start);
     const ModelFit best = fit(problem, start);
     const Interval open = intervals(problem, best, 1)[0],

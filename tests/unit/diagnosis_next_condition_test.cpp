@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Next.TheCondition*:Next.WhatThe*
 // Rooms: diagnosis
-// What to measure next, against brute force: every condition of the list with a covariance of its own, written out.
+// Suggested next conditions, compared with brute force: each listed condition with an explicit covariance.
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/next_condition.hpp"
 #include "tests/unit/rail.hpp"
@@ -22,7 +22,7 @@ class Next : public Rail {
  protected:
   void SetUp() override {
     Rail::SetUp();
-    // RandomEffectSd by one law, so that those of other conditions are known here without asking the code.
+    // Same RandomEffectSd for all conditions, so that those of new conditions are known here without calling the code.
     for (std::size_t i = 0; i < design->size(); ++i) {
       for (std::size_t s = 0; s < design->superpixels(); ++s) {
         const Signal& signal = design->ideal(i)[s];
@@ -41,8 +41,8 @@ class Next : public Rail {
     return {terms, std::vector<double>(2, light), {.jitter = 4e-4, .offset = 1e-4, .light = 3e-3}};
   }
 
-  /// d' C^-1 d of a condition that stands alone: C is built up by one direction after the other (Sherman and Morrison).
-  /// @param open more directions of C
+  /// d' C^-1 d of a single condition: C is built up direction by direction (Sherman-Morrison). @param open further
+  /// directions of C
   double brute_force(const io::Condition& condition, const State& one, const State& other,
                      const std::vector<Eigen::VectorXd>& open = {}) const {
     const Design alone(design->camera_pointer(), design->physical(), {condition});
@@ -79,7 +79,7 @@ class Next : public Rail {
     const Eigen::VectorXd weighted = solved(change);
     const double square = change.dot(weighted);
     for (const Eigen::VectorXd& direction : open) change -= direction * direction.dot(weighted);
-    // Below what matters only what board, camera and light could make counts, in their standard deviations.
+    // Below the practical threshold, only the part due to board, camera and light counts, in units of their sd.
     Eigen::MatrixXd along(rows, 3);
     const State& sd = one;
     along << directions[0] / sd.random_sd.jitter, directions[1] / sd.random_sd.offset,
@@ -170,7 +170,7 @@ TEST_F(Next, NoConditionIsBeyondWhatTheCameraCanDo) {
   EXPECT_LT(tilted, 6.2) << "its corner is 1.24 times as far";
 }
 
-/// Who measures beyond the unambiguous range knows in which period boards stand: so far, and no farther.
+/// Data beyond the unambiguous range determine the boards' period: the list extends that far, and no farther.
 TEST_F(Next, ACampaignBeyondTheUnambiguousRangeGoesNoFarther) {
   for (io::Condition& c : conditions) c.board_distance += 8;
   measure();
@@ -195,14 +195,14 @@ TEST_F(Next, TheConditionOfATieIsTheBestOfAll) {
   }
   EXPECT_NEAR(next[0].sigma, best, 1e-3 * best);
   EXPECT_NEAR(brute_force(next[0].condition, one, other), best, 1e-3 * best);
-  // Those that were measured, likewise.
+  // Measured conditions are treated likewise.
   double measured = 0;
   for (const io::Condition& c : conditions) measured = std::max(measured, brute_force(c, one, other));
   EXPECT_NEAR(next[0].measured_sigma, measured, 1e-3 * measured);
   EXPECT_GT(next[0].sigma, next[0].measured_sigma) << "the list has more to offer than what is there";
 }
 
-/// Two sizes, of which one time tells a sum: at another time they make up for a zero that is off.
+/// Two amplitudes whose sum one integration time determines: at another time they can compensate a zero offset.
 TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
   for (io::Condition& c : conditions) c.integration_time = 5e-3;
   measure();
@@ -219,13 +219,13 @@ TEST_F(Next, WhatTheCampaignLeavesOpenTellsNothingElsewhere) {
   EXPECT_GT(next_conditions(problem, {question}).at(0).sigma, 5) << "with its values as they are";
 }
 
-/// d' (C + J P J')^-1 d with P, what the values and the reflectivities are known to, written out.
+/// d' (C + J P J')^-1 d, with P the covariance of the values and the reflectivities, computed explicitly.
 TEST_F(Next, OpenValuesAreAPartOfTheCovariance) {
   const Problem problem = make_problem(*design, blank);
   const State one = state_with({{&effect("zero_offset"), {8e-3}}}),
               other = state_with({{&effect("wiggling"), {6e-3, 0.4}}});
   ASSERT_EQ(problem.targets.size(), 2U);
-  const Eigen::Vector4d sd(0.2, 0.05, 0.004, 0.003);  // of two values, in typical ones, and two ln reflectivities
+  const Eigen::Vector4d sd(0.2, 0.05, 0.004, 0.003);  // of two values, in typical values, and two ln reflectivities
   const Eigen::MatrixXd told = sd.cwiseAbs2().cwiseInverse().asDiagonal();
   const Question question{{}, one, other, {}, {}, told};
   const std::vector<double> sigma = differences_in_sigma(problem, question);
@@ -246,12 +246,12 @@ TEST_F(Next, OpenValuesAreAPartOfTheCovariance) {
     const std::vector<Eigen::VectorXd> open = {sd(0) * free[0].typical / (step * 5e-3) * slope(step * 5e-3, 0, 0),
                                                sd(1) * free[1].typical / step * slope(0, step, 0),
                                                sd(first ? 2 : 3) / step * slope(0, 0, step)};
-    // The nearer of both directions; without open values it is farther.
+    // The smaller of both directions; without open values it is larger.
     EXPECT_NEAR(sigma[i], brute_force(design->conditions()[i], one, other, open), 2e-2 * sigma[i]) << i;
   }
 }
 
-/// A difference that is sure and does not matter is none: the simulation itself is not that exact.
+/// A difference that is certain but of no practical importance is ignored: the simulation itself is not that accurate.
 TEST_F(Next, WhatIsBelowWhatMattersTellsNothing) {
   const Problem problem = make_problem(*design, blank);
   const State one = state_with({}), other = state_with({{&effect("source_phase"), {1e-3}}});
@@ -261,7 +261,7 @@ TEST_F(Next, WhatIsBelowWhatMattersTellsNothing) {
   EXPECT_EQ(best_condition(next), nullptr);
 }
 
-/// A campaign at one distance: an error that goes with the distance is blind there, and shows on another board.
+/// A campaign at one distance: an error proportional to the distance is not detectable, but is at another distance.
 TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
   std::erase_if(conditions, [](const io::Condition& c) { return std::abs(c.board_distance - 0.6) > 0.9; });
   for (io::Condition& c : conditions) c.board_distance = 2, c.reflectivity = 0.5;
@@ -276,7 +276,7 @@ TEST_F(Next, ABlindEffectIsSentToWhereItShows) {
   const std::vector<Question> questions = open_questions(problem, state, {}, {}, seen);
   ASSERT_EQ(questions.size(), 1U);
   EXPECT_EQ(questions[0].effects, std::vector<std::string>{"rail_scale"});
-  // At the distance of the campaign the offset makes up for half a typical scale: s z = -o.
+  // At the distance of the campaign the offset compensates half a typical scale: s z = -o.
   const double scale = questions[0].other.terms[1].values[0];
   EXPECT_NEAR(scale, effect("rail_scale").free()[0].typical / 2, 1e-12);
   EXPECT_LT(std::ranges::max(differences_in_sigma(problem, questions[0])), 0.1);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: SearchInTime.*
 // Rooms: diagnosis
-// A model that is written is compared with the given one on all data and held out; a set on which folds agree is found;
-// a search that has no time left gives the model back as it was.
+// A written model is compared with the given one on all data and on held-out data; a set on which folds agree is found;
+// a search that runs out of time returns the given model unchanged.
 #include "diagnosis/search/given_model.hpp"
 
 #include "diagnosis/search/crossfit.hpp"
@@ -44,7 +44,7 @@ TEST_F(NotWorse, AWrongValueIsWorseOnAllData) {
   EXPECT_NE(seen.why_worse().find("mm of the given model to "), std::string::npos) << seen.why_worse();
 }
 
-/// Held out, the effects of the model are fitted anew: what fits all data alone does not hide there.
+/// On held-out data the effects of the model are refitted: overfitting to all data is exposed there.
 TEST_F(NotWorse, HeldOutTheEffectsAreFittedWithoutWhatIsPutAside) {
   const std::vector<Observations> data = data_with({zero_offset(0.02)}, 4);
   const Problem problem = make_problem(*design, data);
@@ -128,7 +128,7 @@ TEST_F(SearchInTime, ASearchWithoutTimeGivesTheModelBack) {
   EXPECT_EQ(result.after.state.terms[0].values, std::vector<double>{0.001}) << "not refitted";
 }
 
-/// The selection at the time limit is verified and written, before the gates as after them.
+/// A selection made at the time limit is verified and written, whether before or after the gates.
 TEST_F(SearchInTime, WhatWasSelectedWhenTimeEndsIsWritten) {
   using namespace std::chrono_literals;
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: LastingResidue.KeepsNoEffect*:LastingResidue.IsNone*:Clutter.ABoardThatStands*
 // Rooms: diagnosis simulation
-// What conditions have of their own is no effect: sessions, boards that stand elsewhere, a residue that is smooth over
-// the image. None of it makes a name, and an effect beside it keeps its own.
+// Nuisances of single conditions are no effect: sessions, displaced boards, a residual that is smooth over the image.
+// None of them is named, and an effect beside them keeps its name.
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/search.hpp"
@@ -31,7 +31,7 @@ TEST_F(Clutter, SessionsAreNoEffect) {
   EXPECT_EQ(names(searched(shifted(data_with({}, 21), session))), std::vector<std::string>{});
   const SearchResult result = searched(shifted(data_with(wiggling(), 22), session));
   expect_wiggling_alone(result, {wiggle.begin(), wiggle.end()});
-  // The likeliest standard deviation of three offsets around zero.
+  // Maximum-likelihood standard deviation of three offsets about zero.
   EXPECT_NEAR(result.after.state.random_sd.session, std::sqrt((9 + 1 + 16) / 3.0) * 1e-3, 3e-4);
   EXPECT_LT(result.after.state.random_sd.jitter, 1e-3);
 }
@@ -53,7 +53,7 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
 
-/// With light from inside the camera, a brighter board shows another distance without having moved.
+/// With light from inside the camera, a brighter board appears at another distance without having moved.
 TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
   const std::size_t brighter = conditions.size() - 1;
   const std::string target = std::exchange(conditions[brighter].target, "brighter");
@@ -77,7 +77,7 @@ TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
       << "whose light is taken for known has moved";
 }
 
-/// A residue that stays for some conditions, as air and reflections do.
+/// A residual that lasts for some conditions, as caused by air and reflections.
 class LastingResidue : public Clutter {
  protected:
   void SetUp() override {
@@ -107,7 +107,7 @@ class LastingResidue : public Clutter {
   }
 };
 
-/// It has few chances to look like a pattern.
+/// With few independent runs it is unlikely to look like a pattern.
 TEST_F(LastingResidue, IsNoEffect) {
   const SearchResult result = searched(with_waves(data_with({}, 49), 1.0 / 3));
   EXPECT_EQ(names(result), std::vector<std::string>{});
@@ -123,14 +123,14 @@ TEST_F(LastingResidue, KeepsNoEffectFromItsName) {
   EXPECT_EQ(names(result), std::vector<std::string>{"wiggling"});
 }
 
-/// A field that lasts for the whole campaign may be the camera's, and sign flips cannot show it.
+/// A field that lasts for the whole campaign may belong to the camera, and sign flips cannot detect it.
 TEST_F(LastingResidue, IsNoneWhereItNeverChanges) {
   const SearchResult result = searched(with_waves(data_with({}, 52), 0));
   EXPECT_FALSE(result.after.state.nuisances.smooth_field);
   EXPECT_TRUE(result.something_left()) << fmt::format("{}", fmt::join(names(result), ", "));
 }
 
-/// So many conditions carry a gain as change their signs together.
+/// The effective sample size of a gain is the number of groups of conditions that change sign together.
 TEST_F(LastingResidue, IsCarriedByRuns) {
   const std::vector<Observations> data = data_with({}, 53);
   const Problem problem = make_problem(*design, data);
@@ -151,7 +151,7 @@ TEST_F(LastingResidue, IsCarriedByRuns) {
   EXPECT_NEAR(score_of(same, fit, group, 0, 0).effective_sample_size, all / 5, 0.5);
 }
 
-/// A score is the fall of the deviance when its columns are solved for, beside what is shared and a residue.
+/// A score is the decrease in deviance when its columns are fitted, beside shared effects and a smooth field.
 TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     conditions[i].session = std::to_string(i / 7);
@@ -191,7 +191,7 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   EXPECT_NEAR(score.gain, deviance({}).deviance - with.deviance, 1e-6 * score.gain);
   for (Eigen::Index c = 0; c < 2; ++c) EXPECT_NEAR(score.values(c), with.values(c), 1e-6 * std::abs(with.values(c)));
 
-  // Beside a map, in which each superpixel has a value of its own; its steps are so large that their prior is not felt.
+  // Beside a map with a free value per superpixel; its steps are so large that their prior has no influence.
   Column map(design->size(), std::vector<double>(design->rows(), 0));
   std::vector<Column> values(design->superpixels(), map);
   for (std::size_t i = 0; i < design->size(); ++i) {
@@ -208,8 +208,8 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   EXPECT_LT(beside, 0.9 * score.gain);
 }
 
-/// A model that is far off: boards may stand anywhere, and light may be anything. What is common to each condition then
-/// says nothing; what is left of columns that are nearly that must not be rounding.
+/// A model with large errors: board positions and light are unconstrained. The part common to each condition then
+/// carries no information; the remainder of columns that are nearly common must not be rounding noise.
 TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
   measure();
   std::vector<Observations> data = data_with({}, 31);

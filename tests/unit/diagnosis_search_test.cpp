@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Rail.TwoEffects*:Rail.AnEffectThat*:Rail.RefinementsAreVaried*:Rail.ACameraThat*
 // Rooms: diagnosis simulation plugins
-// What the search names and what it does not, on campaigns of which the truth is known: observations drawn from the
-// forward model with noise, jitter and light of this test's own. The search by another camera: tests/hidden_effects.
+// Effects that the search names, on campaigns with known truth: observations drawn from the forward model with noise,
+// jitter and light of this test's own. The search on another camera: tests/hidden_effects.
 #include "diagnosis/search/search.hpp"
 #include "tests/unit/rail.hpp"
 
@@ -30,19 +30,19 @@ TEST_F(Rail, TwoEffectsAreNamedAndTheSameSeedGivesTheSameResult) {
 }
 
 TEST_F(Rail, AnEffectThatIsNoCandidateIsNotReplacedByOthers) {
-  // A harmonic of four periods in distance and amplitude; several candidates explain a part of it.
+  // A harmonic of four periods in distance and amplitude; several candidates explain part of it.
   const SearchResult result = search_for({"wiggling"}, "wiggling", 5);
   EXPECT_EQ(names(result), std::vector<std::string>{});
   ASSERT_FALSE(result.rest.empty());
   EXPECT_EQ(result.rest.front().axis, "period 1.87 m");
-  // What was refuted is not built up and refuted again: nothing is ranked after the proof.
+  // A refuted effect is not built up and refuted again: nothing is ranked after the held-out test.
   const auto is = [](const std::string& what) { return [what](const Step& step) { return step.what == what; }; };
   const auto proved = std::ranges::find_if(result.trace, is("proved"));
   ASSERT_NE(proved, result.trace.end());
   EXPECT_TRUE(std::none_of(proved, result.trace.end(), is("ranked")));
 }
 
-/// A wiggle with a fifth harmonic: what the data demand is varied, the rest is fixed where it changes nothing.
+/// A wiggle with a fifth harmonic: refinements are varied where the data require it, and fixed otherwise.
 TEST_F(Rail, RefinementsAreVariedWhereTheDataDemandThem) {
   const Candidate& wiggling = effect("wiggling");
   ASSERT_EQ(wiggling.refinements().size(), 2U);
@@ -68,7 +68,7 @@ TEST_F(Rail, RefinementsAreVariedWhereTheDataDemandThem) {
   EXPECT_FALSE(found.something_left());
 }
 
-/// A camera whose distances wander by 3 mm while the rail is measured, in an order that nothing else follows.
+/// A camera whose distances drift by 3 mm during the rail measurement, in an order that no other setting follows.
 TEST_F(Rail, ACameraThatWandersLacksNoEffect) {
   const auto place = [](std::size_t i) { return static_cast<double>(7 * i % 20) / 19; };
   const auto found = [&] {
@@ -103,14 +103,14 @@ TEST_F(Rail, ACameraThatIsOffAllTheTimeHasAnOffset) {
   EXPECT_FALSE(result.something_left());
 }
 
-/// Four conditions: fewer than a wave over the order needs.
+/// Four conditions: fewer than a wave over the order requires.
 TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
   conditions.resize(4);
   for (std::size_t i = 0; i < conditions.size(); ++i) conditions[i].order = i;
   measure();
   const SearchResult result = search_for({"crosstalk"}, "", 9);
   ASSERT_EQ(names(result), std::vector<std::string>{"crosstalk"});
-  // As great as it was hidden, and nothing is left of the gap.
+  // As large as the simulated one, and no gap remains.
   const std::vector<double> hidden = random_term(effect("crosstalk"), 1, 9).values;
   const std::vector<double>& seen = result.after.state.terms[0].values;
   ASSERT_EQ(seen.size(), hidden.size());
@@ -118,7 +118,7 @@ TEST_F(Rail, FewConditionsWithAnOrderAreSearched) {
   EXPECT_TRUE(result.rest.empty());
   EXPECT_EQ(result.patterns_without_axis(), 0U);
   EXPECT_NEAR(result.lack_of_fit, 1, 4 * std::sqrt(2 / result.freedom));
-  // The order is one of the axes that the gap was seen along.
+  // The order is one of the axes along which the gap was found.
   EXPECT_TRUE(std::ranges::any_of(result.where, [](const Pattern& p) { return p.axis == "order measured"; }));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The search's statistics against dense linear algebra, closed forms and published examples.
+// The search's statistics, compared with dense linear algebra, closed forms and published examples.
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "diagnosis/model/mixed_model.hpp"
@@ -81,7 +81,7 @@ TEST(MixedModel, IsTheDenseGeneralisedLeastSquares) {
   EXPECT_NEAR(solution.dimension, 2, 1e-3);
 }
 
-/// Random effects shared by conditions are in the covariance of all of them together.
+/// Random effects shared by conditions enter the joint covariance of all of them.
 TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   constexpr Eigen::Index rows = 7, effects = 2, conditions = 5, all = rows * conditions;
   constexpr int targets = 1;
@@ -135,8 +135,8 @@ TEST(MixedModel, IsTheDenseOneWithWhatConditionsShare) {
   EXPECT_NEAR(solution.deviance, residual.dot(inverse * residual) - expected.dot(score) + std::log(determinant), 1e-8);
 }
 
-/// Pixels that are known to a thousandth of a millimetre, boards and camera that may be a metre off alike: what the
-/// pixels still tell is a part in 10^12 of what they are, against long double.
+/// Pixels known to a thousandth of a millimetre, board and camera offsets of up to a metre: the remaining information
+/// of the pixels is a part in 10^12 of the original, compared with long double.
 TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
   constexpr Eigen::Index rows = 60, effects = 2;
   std::mt19937 generator(8);
@@ -145,7 +145,7 @@ TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
   for (Eigen::Index c = 0; c < all.cols(); ++c) {
     for (Eigen::Index r = 0; r < rows; ++r) all(r, c) = 1e5 * normal(generator);
   }
-  all.col(effects + 1) = all.col(effects);  // a camera whose distances are all off moves what the board does
+  all.col(effects + 1) = all.col(effects);  // a camera with a common distance error acts like a displaced board
   all.col(0) = all.col(effects) + 1e-5 * all.col(0);
   const RandomEffectSd random_sd{.jitter = 1, .offset = 1, .light = 0.1};
   double determinant = 0;
@@ -162,7 +162,7 @@ TEST(MixedModel, KeepsWhatIsLeftWhereBoardsMayStandAnywhere) {
   for (Eigen::Index c = 0; c < effects; ++c) EXPECT_NEAR(left(c, c) / static_cast<double>(expected(c, c)), 1, 1e-2);
 }
 
-/// A model that is far off is not mended by a camera that wanders by metres.
+/// A model with large errors is not compensated by a camera drift of metres.
 TEST(MixedModel, HoldsWhatWandersWithinWhatCamerasDo) {
   const std::vector<int> target = {-1, -1};
   const std::vector<std::vector<Shared>> shared = {{{uniform_direction, 0, 1}}, {{uniform_direction, 0, 1}}};
@@ -177,7 +177,7 @@ TEST(MixedModel, HoldsWhatWandersWithinWhatCamerasDo) {
 }
 
 TEST(MixedModel, FindsTheVarianceBetweenConditions) {
-  // One row a condition, g = 1: r is normal with the variance 1 + jitter^2, whose likeliest value is the mean square.
+  // One row per condition, g = 1: r is normal with variance 1 + jitter^2; its likeliest value is the mean square.
   std::mt19937 generator(5);
   std::normal_distribution<double> normal;
   std::vector<Gram> grams;
@@ -195,8 +195,8 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   EXPECT_NEAR(found.random_sd.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
-/// A drift about a mean over 40 conditions, a column that is the same in all of them, boards that scatter: from
-/// whatever variances a fit begins, with the column it is as good as without.
+/// A drift about a mean over 40 conditions, a column common to all of them, scattered boards: from any initial
+/// variances, the fit with the column is at least as good as without.
 TEST(MixedModel, AColumnMoreIsNeverWorse) {
   constexpr int conditions = 40;
   std::mt19937 generator(8);
@@ -204,7 +204,7 @@ TEST(MixedModel, AColumnMoreIsNeverWorse) {
   std::vector<Gram> with, without;
   std::vector<std::vector<Shared>> shared;
   for (int i = 0; i < conditions; ++i) {
-    // In m, with pixels that know the distance to 0.1 mm: 8 mm of offset, 5 mm more in every second one, 0.4 mm of
+    // In m, with a pixel noise of 0.1 mm: 8 mm of offset, 5 mm more in every second one, 0.4 mm of
     // jitter.
     const double r = 8e-3 + (i % 2 == 0 ? 5e-3 : 0) + 4e-4 * normal(generator), noise = 1e-8;
     Eigen::Vector<double, 1 + gram_tail> row = Eigen::Vector<double, 1 + gram_tail>::Zero();
@@ -223,7 +223,7 @@ TEST(MixedModel, AColumnMoreIsNeverWorse) {
       const double less = profile(without, {0, target, 0, shared, sd}, start).solution.deviance;
       const double more = profile(with, {1, target, 0, shared, sd}, start).solution.deviance;
       EXPECT_LT(more, less) << jitter << " " << drift;
-      // The same minimum from everywhere.
+      // The same minimum from every start.
       EXPECT_NEAR(more, profile(with, {1, target, 0, shared, sd}, {.offset = 0}).solution.deviance, 0.1);
     }
   }
@@ -260,7 +260,7 @@ FrameSums noisy_frames(std::complex<double> phasor, double level, double sd, std
 }
 
 TEST(Superpixels, HaveTheNoiseThatTheySay) {
-  // Against 40 repetitions: squares of the errors in units of the variance have the mean 1 +- sqrt(2 / values).
+  // Compared with 40 repetitions: squared errors in units of the variance have the mean 1 +- sqrt(2 / values).
   const std::complex<double> ideal = std::polar(800.0, 1.0), seen = std::polar(840.0, 1.01);
   const std::vector<Signal> base(24 * 24, Signal{ideal, 1000, 0, 0});
   const std::array<double, observables> truth = {1.193 * 0.01, std::log(1.05), std::log(1.1), 0, 0};
@@ -279,7 +279,7 @@ TEST(Superpixels, HaveTheNoiseThatTheySay) {
     EXPECT_NEAR(squares[k], 1, 4 * std::sqrt(2.0 / (4 * repetitions))) << observable_names[k];
 }
 
-/// A profile that states half or twice the true noise: the scatter of the pixels of a single frame corrects it.
+/// A profile that states half or twice the true noise is corrected by the scatter of the pixels of a single frame.
 TEST(Superpixels, OfOneFrameHaveTheNoiseOfTheirPixels) {
   const std::complex<double> ideal = std::polar(800.0, 1.0);
   const std::vector<Signal> base(24 * 24, Signal{ideal, 1000, 0, 0});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The best sets of effects, against all of them tried one by one with dense least squares.
+// The best sets of effects, compared with an exhaustive search with dense least squares.
 #include "diagnosis/search/alternatives.hpp"
 
 #include <gtest/gtest.h>
@@ -14,13 +14,13 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Columns of unit noise, a residual, and the Gram matrix and scores of these.
+/// Columns of unit noise, a residual, and their Gram matrix and scores.
 struct Regression {
   Eigen::MatrixXd columns;
   Eigen::VectorXd residual;
   Eigen::MatrixXd information() const { return columns.transpose() * columns; }
   Eigen::VectorXd score() const { return columns.transpose() * residual; }
-  /// HeldOutImprovement of the sum of squares, by a decomposition that never forms a Gram matrix.
+  /// Decrease in the sum of squares, from a decomposition that never forms a Gram matrix.
   double gain(const std::vector<Eigen::Index>& chosen) const {
     const Eigen::MatrixXd some = columns(Eigen::all, chosen);
     const Eigen::VectorXd fitted = some * some.colPivHouseholderQr().solve(residual);
@@ -28,7 +28,7 @@ struct Regression {
   }
 };
 
-constexpr double exact = 1e-12;  // of a prior: as good as none
+constexpr double exact = 1e-12;  // of a prior: effectively none
 
 std::vector<Choice> single_columns(Eigen::Index count) {
   std::vector<Choice> choices;
@@ -40,8 +40,8 @@ const Subset& best_of(const std::vector<Subset>& sets, std::size_t size) {
   return *std::ranges::find_if(sets, [size](const Subset& set) { return set.choices.size() == size; });
 }
 
-/// Two columns that all but cancel, so that each alone shows next to nothing, and a third that looks like their sum:
-/// one at a time the third is taken first.
+/// Two columns that nearly cancel, so that each alone explains almost nothing, and a third that resembles their sum: a
+/// greedy search takes the third first.
 TEST(Subsets, FindAPairThatNoneOfWhichShowsAlone) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;

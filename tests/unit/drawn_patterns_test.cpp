@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Patterns of the pixels that effects draw, of which only the spread is known.
+// Random pixel patterns of effects, of which only the spread is known.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ View whole_view() {
   return view;
 }
 
-/// Change of the distance of each pixel by an effect, m.
+/// Change of the distance of each pixel caused by an effect, m.
 std::vector<double> offsets_of(const std::string& list, const View& view) {
   const auto ideal = seen("", view), real = seen(list, view);
   std::vector<double> result;
@@ -52,7 +52,7 @@ std::vector<double> offsets_of(const std::string& list, const View& view) {
 
 TEST(DrawnPattern, OfTheDistanceHasItsSpread) {
   const auto offsets = offsets_of("{effect: fixed_pattern, scale: 1, spread: 4 mm}", whole_view());
-  const double count = static_cast<double>(offsets.size());  // 41616: the deviation is known to 0.35 %
+  const double count = static_cast<double>(offsets.size());  // 41616: the standard deviation is known to 0.35 %
   EXPECT_NEAR(mean_of(offsets), 0, 4 * 4e-3 / std::sqrt(count));
   EXPECT_NEAR(deviation_of(offsets), 4e-3, 4 * 4e-3 / std::sqrt(2 * count));
   EXPECT_NEAR(correlation(offsets), 0, 4 / std::sqrt(count));

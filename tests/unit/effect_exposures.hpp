@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Cameras with any exposures that look at two boards, and the samples of their images.
+/// @file Cameras with arbitrary exposures that look at two boards, and the samples of their images.
 #pragma once
 
 #include <tofgraph/physics/exposures.hpp>
@@ -24,7 +24,7 @@ class ExposedCamera {
     view_.exposures = exposures_.data();
     view_.exposure_size = sizeof(tofgraph_exposure);
     view_.exposure_count = exposures_.size();
-    // As a profile settles it.
+    // As in a profile: a frequency common to all exposures is that of the camera.
     const double first = exposures_[0].frequency;
     const bool one = std::ranges::all_of(exposures_, [&](const auto& e) { return e.frequency == first; });
     if (one && first > 0) view_.modulation_frequency = first;
@@ -82,7 +82,7 @@ inline View view_of(const ExposedCamera& camera, bool physical = true) {
   return view;
 }
 
-/// The samples of the pixels: [image][pixel].
+/// Samples of the pixels: [image][pixel].
 struct Samples {
   std::vector<std::vector<double>> c, intensity;
   const ExposedCamera* camera;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file An effect, through the plugin interface, on a board; and the signals of its pixels.
+/// @file An effect, applied through the plugin interface to a board, and the signals of its pixels.
 #pragma once
 
 #include "graph/plugin.hpp"
@@ -38,7 +38,7 @@ struct View {
   Tracer tracer;  ///< empty: the board
 };
 
-/// Signal of a pixel by its four exposures.
+/// Signal of a pixel from its four exposures.
 struct Seen {
   std::array<double, 4> c{}, intensity{};
   Complex phasor() const { return {(c[0] - c[2]) / 2, (c[3] - c[1]) / 2}; }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Every effect as a formula of the camera that is written out once more.
+/// @file Every effect as a formula of an independently implemented camera.
 #pragma once
 
 #include <random>
@@ -130,7 +130,7 @@ inline std::vector<Row> beam_rows() {
        "fraction: 4 %, width: 30 px, uniform: 0.4",
        {.weights =
             [](std::size_t i) {
-              double norm = 0;  // over an endless line
+              double norm = 0;  // over an infinite line
               for (int j = -200; j <= 200; ++j) norm += std::exp(-j * j / (2 * std::pow(30 / spacing, 2)));
               std::vector<double> weights = gaussian(i, 30);
               for (double& w : weights) w = 0.04 * (0.6 * w / (norm * norm) + 0.4 / pixels);
@@ -181,7 +181,7 @@ inline std::vector<Row> phase_rows(const Files& files) {
 }
 
 /// Light and reference that are on from -window/2 to window/2, correlated numerically (Gauss-Legendre with eight points
-/// in each quarter of a period), equation (5.54); relative to unlimited ones.
+/// in each quarter of a period), equation (5.54); relative to an unlimited window.
 inline double correlate_windows(double phase, double lag, double window, double frequency) {
   constexpr double nodes[][2] = {{0.1834346424956498, 0.3626837833783620},
                                  {0.5255324099163290, 0.3137066458778873},

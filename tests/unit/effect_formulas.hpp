@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The camera once more, written out as equations, with what an effect changes in it.
+/// @file Independent implementation of the camera as equations, with the changes made by an effect.
 #pragma once
 
 #include <functional>
@@ -54,7 +54,7 @@ inline Spot spot(const World& world, double u, double v) {
   return result;
 }
 
-/// Light of a source at a spot.
+/// Light of a source at a point.
 struct Beam {
   const World& world;
   const Spot& spot;
@@ -87,7 +87,7 @@ struct Taps {
   double u, v, a, b;
 };
 
-/// An effect as equations say it; what it does not do is empty.
+/// An effect as a set of equations; members it does not change are empty.
 struct Formula {
   std::function<void(World&)> world = {};
   std::function<void(Beam&)> beam = {};
@@ -181,7 +181,7 @@ inline std::vector<double> gaussian(std::size_t i, double width) {
   return weights;
 }
 
-/// Oren's and Nayar's factor, in angles about the normal, as their paper has it.
+/// Oren-Nayar factor, in angles about the normal, as in the paper.
 inline double oren_nayar(const Beam& beam, double roughness) {
   const double s2 = roughness * roughness, a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
   const Vector3 n = beam.spot.normal, light = beam.to_source(), view = -1.0 * beam.spot.ray;
@@ -196,7 +196,7 @@ inline double oren_nayar(const Beam& beam, double roughness) {
 inline double warm(double tau) { return 1 - std::exp(-500 / tau); }
 
 inline double from_map(const std::vector<double>& map, double u, double v) {
-  return map[static_cast<std::size_t>(v) * 204 + static_cast<std::size_t>(u)];  // the pixels' centres are whole
+  return map[static_cast<std::size_t>(v) * 204 + static_cast<std::size_t>(u)];  // the pixels' centres are integers
 }
 
 }  // namespace tofgraph::test

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects where scenes move, with several frequencies, and with more than four images.
+// Effects with moving scenes, with several frequencies, and with more than four images.
 #include <gtest/gtest.h>
 
 #include "tests/unit/effect_exposures.hpp"

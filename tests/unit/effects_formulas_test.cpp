@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: AnyExposures.AllEffects*:AnyExposures.EveryEffect*
 // Rooms: simulation
-// All effects with any exposures, against a camera written out once more.
+// All effects with arbitrary exposures, compared with an independent implementation of the camera.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -17,7 +17,7 @@ using namespace tofgraph::test;
 
 namespace {
 
-/// The greatest difference, in parts of the mean of the pixel's two taps; what is not a number is endless.
+/// Largest difference, relative to the mean of the pixel's two taps; infinite if a value is NaN.
 double difference(const std::vector<double>& real, const std::vector<double>& wanted) {
   if (real.size() != wanted.size()) return std::numeric_limits<double>::infinity();
   double most = 0;
@@ -37,7 +37,7 @@ std::set<std::string> catalogue_effects(const graph::PluginRegistry& catalogue) 
   return names;
 }
 
-/// Parameters of image 3 are refused if it does not exist.
+/// Parameters of image 3 are rejected if it does not exist.
 std::string parameters_of(const Row& row, const Exposures& exposures) {
   std::string parameters = row.parameters;
   for (const char* of_image_3 : {", step3", ", gain3"})
@@ -61,7 +61,7 @@ TEST(AnyExposures, EveryEffectIsItsFormula) {
         const std::vector<double> wanted = by_formula(row.formula, camera, physical);
         EXPECT_LT(difference(real.taps, wanted), 1e-9) << row.effect;
         EXPECT_EQ(real.noise_factor, row.formula.noise) << row.effect;
-        // A formula that does nothing would say nothing.
+        // A formula without effect would test nothing.
         EXPECT_TRUE(row.formula.noise != 1 || difference(wanted, ideal) > 1e-6) << row.effect;
       }
     }
@@ -76,7 +76,7 @@ TEST(AnyExposures, NoEffectIsLeftOut) {
   EXPECT_EQ(tested.size(), 36);
 }
 
-/// All effects with their sizes off and their shapes at the usual values.
+/// All effects with zero amplitudes and typical nonlinear parameters.
 std::string all_off() {
   const graph::PluginRegistry catalogue(graph::plugin_path({}));
   std::ostringstream list;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Noise.OfAll*:TemporalNoise.MultipliesThe*
 // Rooms: io simulation
-// The noise of frames: of any exposures, and by the effect that changes it.
+// Noise of frames: for arbitrary exposures, and with the effect that changes it.
 #include <gtest/gtest.h>
 
 #include "io/captures/capture.hpp"
@@ -25,7 +25,7 @@ Exposures equal_steps(std::size_t count) {
 
 using Images = std::vector<std::vector<double>>;
 
-/// Images of what should be standard normal and independent of each other.
+/// Images that should be standard normal and mutually independent.
 void expect_standard(const Images& images) {
   const auto n = static_cast<double>(images[0].size()), five_sigma = 5 / std::sqrt(n);
   for (std::size_t a = 0; a < images.size(); ++a) {
@@ -76,7 +76,7 @@ TEST(Noise, OfAllImagesIsIndependentAndAsGreatAsItShouldBe) {
         for (std::size_t plane = 0; plane < 2 * count; ++plane) {
           std::vector<double>& image = whole.emplace_back(n);
           for (std::size_t i = 0; i < n; ++i) {
-            const std::size_t at = plane * n + i;  // whole counts add 1/12
+            const std::size_t at = plane * n + i;  // rounding to whole counts adds 1/12
             image[i] = (static_cast<double>(taps[at]) - mean[at]) / std::sqrt(variance(at) + 1.0 / 12);
           }
         }
@@ -88,8 +88,8 @@ TEST(Noise, OfAllImagesIsIndependentAndAsGreatAsItShouldBe) {
   }
 }
 
-/// Noise of the taps of recorded frames: the variance of a pixel's tap from frame to frame, and its mean, over all
-/// pixels and taps.
+/// Tap noise of recorded frames: variance of a pixel's tap from frame to frame, and its mean, over all pixels and
+/// taps.
 struct Recorded {
   double mean = 0, variance = 0;
 };
@@ -125,11 +125,11 @@ Recorded recorded(const std::string& effects, const std::string& integration_tim
   return result;
 }
 
-/// Noise of recorded taps: factor * sqrt(read^2 + shot counts), and whole counts add 1/12. There are six million
-/// numbers: five standard deviations of their variance are 0.3 %.
+/// Noise of recorded taps: factor * sqrt(read^2 + shot counts), and rounding to whole counts adds 1/12. There are six
+/// million numbers: five standard deviations of their variance are 0.3 %.
 TEST(TemporalNoise, MultipliesTheDeviationOfWhatIsRecorded) {
   const auto expect_factor = [](double factor, const std::string& effects) {
-    for (const char* integration_time : {"0.1 ms", "10 ms"}) {  // most of it read noise, and most of it shot noise
+    for (const char* integration_time : {"0.1 ms", "10 ms"}) {  // mostly read noise, and mostly shot noise
       SCOPED_TRACE(effects + " at " + integration_time);
       const Recorded seen = recorded(effects, integration_time);
       const double wanted = factor * factor * (9 + 0.012 * seen.mean) + 1.0 / 12;
@@ -140,7 +140,7 @@ TEST(TemporalNoise, MultipliesTheDeviationOfWhatIsRecorded) {
   expect_factor(1, "");
   expect_factor(0.5, "{effect: temporal_noise, factor: 0.5}");
   expect_factor(2.5, "{effect: temporal_noise, factor: 2.5}");
-  // Wherever it stands in the model: behind what acts on the taps with their noise, too.
+  // At any position in the model, also after effects that act on the noisy taps.
   expect_factor(2.5, "{effect: saturation, full_well: 60000 counts}, {effect: temporal_noise, factor: 2.5}");
   EXPECT_EQ(recorded("{effect: temporal_noise, factor: 0}", "10 ms").variance, 0);
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Effects on geometry and light against closed forms, direct sums, and cameras that are built otherwise.
+// Effects on geometry and light, compared with closed forms, direct sums, and differently constructed cameras.
 #include <gtest/gtest.h>
 
 #include "tests/program.hpp"
@@ -11,7 +11,7 @@ using namespace tofgraph::test;
 
 namespace {
 
-/// The point that a pixel sees, written out: x, y, z in the sensor frame, and the board's normal towards z.
+/// The point seen by a pixel, computed explicitly: x, y, z in the sensor frame, and the board's normal towards z.
 struct Place {
   double x, y, z, nx, ny, nz, view;
 };
@@ -24,13 +24,13 @@ Place place(const View& view, std::size_t i) {
   return {s * xs, s * ys, f + s * f, nx, ny, nz, f / std::hypot(xs, ys, f)};
 }
 
-/// Single source: left (x = -50 mm) or right. With physical light a source's part does not depend on the other.
+/// Single source: left (x = -50 mm) or right. With physical light a source's contribution does not depend on the other.
 View one(View view, bool right) {
   view.acquisition.on = {!right, right};
   return view;
 }
 
-/// With the light of each source multiplied by a factor of the pixel.
+/// With the light of each source multiplied by a factor that depends on the pixel.
 template <class Factor> void expect_factors(const std::string& list, const View& view, Factor&& factor) {
   for (const bool right : {false, true}) {
     const auto ideal = seen("", one(view, right)), real = seen(list, one(view, right));
@@ -111,7 +111,7 @@ TEST(Rail, MovesTheBoardUnlessALaserReadIt) {
     const auto real = seen(list, view);
     View there = view;
     if (!laser) there.board.distance = 1.002 * there.board.distance + 0.005;
-    // The effect turns the board as it stands: R_y(-0.003) R_x(0.005) n.
+    // The effect rotates the board in its current pose: R_y(-0.003) R_x(0.005) n.
     const Vector3 n = physics::board(1, there.board.tilt_x, there.board.tilt_y).normal;
     const double y = std::cos(0.005) * n.y - std::sin(0.005) * n.z, z = std::sin(0.005) * n.y + std::cos(0.005) * n.z;
     const Vector3 turned{std::cos(-0.003) * n.x + std::sin(-0.003) * z, y,
@@ -137,7 +137,7 @@ TEST(Vignetting, IsAPowerOfTheAngleAtTheCamera) {
 }
 
 TEST(SurfaceReflectance, IsOrenAndNayarsFormula) {
-  // In spherical angles about the normal, as the paper writes it.
+  // In spherical angles about the normal, as in the paper.
   const auto factor = [](const Place& p, double x) {
     const double s2 = 0.4 * 0.4, a = 1 - 0.5 * s2 / (s2 + 0.33), b = 0.45 * s2 / (s2 + 0.09);
     const double n[] = {-p.nx, -p.ny, -p.nz};
@@ -161,7 +161,7 @@ TEST(SurfaceReflectance, IsOrenAndNayarsFormula) {
   View view;
   view.board = {1.3, 0.5, -0.4, 0.6};
   expect_factors("{effect: surface_reflectance, roughness: 0.4 rad}", view, factor);
-  view.physical = false;  // the reference light has no angles: (1 - l) + l cos(theta_i) f_on
+  view.physical = false;  // the reference light is independent of angles: (1 - l) + l cos(theta_i) f_on
   expect_factors("{effect: surface_reflectance, lambert: 0.7, roughness: 0.4 rad}", view,
                  [&](const Place& p, double x) {
                    const double cosine = (p.nx * (p.x - x) + p.ny * p.y + p.nz * p.z) / std::hypot(p.x - x, p.y, p.z);
@@ -308,7 +308,7 @@ TEST(StrayLight, IsTheDirectSumOverAllPixels) {
   const auto ideal = seen("", view),
              real = seen("{effect: stray_light, fraction: 4 %, width: 30 px, uniform: 0.4}", view);
   const double spacing = view.pixels.spacing, width = 30 / spacing;
-  double norm = 0;  // over an endless line
+  double norm = 0;  // over an infinite line
   for (int i = -200; i <= 200; ++i) norm += std::exp(-i * i / (2 * width * width));
   for (std::size_t i = 0; i < ideal.size(); i += 5) {
     Complex sum, everywhere;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Effects.OffChanges*
 // Rooms: simulation
-// Effects on samples and taps against closed forms and waveforms that are correlated numerically.
+// Effects on samples and taps, compared with closed forms and numerically correlated waveforms.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -71,7 +71,7 @@ TEST(Effects, EveryParameterSaysWhatASearchNeeds) {
   }
 }
 
-/// Light with harmonics, correlated with a gate that has them too, by the sum over a period.
+/// Light with harmonics, correlated with a gate that also has harmonics, by a sum over one period.
 std::array<double, 4> correlate(double phase, int order, double light_harmonic, double gate_harmonic, double angle) {
   std::array<double, 4> c{};
   constexpr int steps = 4096;
@@ -215,9 +215,9 @@ TEST(AmbientLight, FillsBothTapsWhereItIsLit) {
   for (std::size_t i = 0; i < ideal.size(); ++i) EXPECT_NEAR(lit[i], ideal[i] + 2e5 * 2e-3 / 2, 1e-9 * lit[i]);
 }
 
-/// Next to nothing comes back from a black board: a current in the pixels gives phasor 6 counts and, at a contrast of
-/// 0.5, light of 6 counts to each tap. A - B is 6, 0, -6, 0 counts in the four images, all small enough to do in the
-/// head.
+/// A black board returns almost nothing: a current in the pixels gives phasor 6 counts and, at a contrast of 0.5,
+/// light of 6 counts to each tap. A - B is 6, 0, -6, 0 counts in the four images, small enough for mental
+/// arithmetic.
 TEST(AmbientLight, SuppressionTakesTheCommonPartOfAPixelsTaps) {
   View view;
   view.board.reflectivity = 0;
@@ -231,7 +231,7 @@ TEST(AmbientLight, SuppressionTakesTheCommonPartOfAPixelsTaps) {
   };
   const std::array<double, 8> dark = {9, 3, 6, 6, 3, 9, 6, 6};  // A, B of each image
   expect_taps(inside, dark);
-  // 100 counts a millisecond to each tap, for two: the taps' mean is 206.
+  // 100 counts per millisecond on each tap, for 2 ms: the mean of the taps is 206.
   const std::string lit = inside + ", {effect: ambient_light, rate: 2e5 counts/s, suppression: ";
   expect_taps(lit + "none}", {209, 203, 206, 206, 203, 209, 206, 206});
   expect_taps(lit + "150 counts}", {153, 147, 150, 150, 147, 153, 150, 150});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What harmonics, steps and gains do to three samples, in closed form.
+// Influence of harmonics, steps and gains on three samples, in closed form.
 #include <gtest/gtest.h>
 
 #include <tofgraph/physics/unwrapping.hpp>
@@ -34,7 +34,7 @@ std::string wiggles(int order, double ratio, double angle) {
 }
 
 TEST_F(ThreeSteps, TheThirdHarmonicIsAnOffset) {
-  // 3 * 120 deg is a whole turn: the same in all three.
+  // 3 * 120 deg is a full turn: the same in all three.
   const Samples real = with(wiggles(3, 0.03, 0.7));
   const physics::PhaseDecoding decode(three(), own);
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -70,7 +70,7 @@ TEST_F(ThreeSteps, TheFifthAndSeventhHarmonicsAreTurnsInSixCycles) {
 }
 
 TEST_F(ThreeSteps, TheSecondHarmonicIsATurnInThreeCycles) {
-  // Four samples see it in N2 alone; 2 * 120 deg is -120 deg.
+  // Four samples show it in N2 only; 2 * 120 deg is -120 deg.
   const double m = 0.02;
   const Samples real = with("{effect: even_harmonic, ratio: 0.02}");
   for (std::size_t i = 0; i < pixels; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A pipeline inside another program: whatever its callbacks do, the run ends in order.
+// A pipeline inside another program: the run ends cleanly, whatever its callbacks do.
 #include <gtest/gtest.h>
 #include <tofgraph/pipeline.hpp>
 

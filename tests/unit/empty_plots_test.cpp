@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Plots without a single point that can be drawn, and scales.
+// Plots without a single drawable point, and scales.
 #include "report/plot.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A decoder that was told the wrong exposures says so, and which would fit; one that was told the right ones is silent.
+// A decoder with wrongly declared exposures warns and suggests the right ones; with the right ones it is silent.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -30,7 +30,7 @@ struct Pixel {
 };
 using Scene = std::function<Pixel(std::size_t row, std::size_t column)>;
 
-/// A floor from 1 to 3.5 m, with a surface that is not quite even.
+/// A floor from 1 to 3.5 m with a slightly uneven surface.
 Pixel floor_of(std::size_t row, std::size_t column) {
   const double uneven = 0.1 * std::sin(0.9 * static_cast<double>(column)) * std::cos(0.7 * static_cast<double>(row));
   return {1 + 2.5 * static_cast<double>(row) / rows, 0.5 + uneven};
@@ -58,7 +58,7 @@ struct Answer {
   std::vector<float> distance;
 };
 
-/// @param said what the profile says
+/// @param said exposures stated by the profile
 Answer decode(const Steps& said, const std::vector<float>& samples, const std::string& stage,
               double camera_gain = gain) {
   static std::vector<std::unique_ptr<test::Camera>> cameras;
@@ -81,7 +81,7 @@ Answer decode(const Steps& said, const std::vector<float>& samples, const std::s
   return answer;
 }
 
-/// The exposures that a warning gives.
+/// The exposures suggested by a warning.
 Steps suggested(const std::string& warning) {
   Steps steps;
   std::size_t at = warning.find("exposures: [");
@@ -94,7 +94,7 @@ Steps suggested(const std::string& warning) {
   return steps;
 }
 
-/// Told `said` while the camera did `taken`: the warning's exposures give the right distances.
+/// Declared `said`, actual `taken`: the exposures suggested by the warning give the right distances.
 void expect_told(const Steps& taken, const Steps& said, const std::string& words, const std::string& stage,
                  const Scene& scene = floor_of, double camera_gain = gain) {
   const auto samples = samples_of(taken, scene);
@@ -190,7 +190,7 @@ TEST(ExposureOrder, AWallThatIsTooBrightIsToldWithoutAnOrder) {
   EXPECT_NE(answer.warning.find("no other order was found"), std::string::npos) << answer.warning;
 }
 
-/// A dark thing before a bright wall looks like the other direction, which exchanged images do not need.
+/// A dark object before a bright wall resembles a reversed direction; exchanged images alone must not suggest one.
 TEST(ExposureOrder, ExchangedImagesDoNotTurnTheDirection) {
   const Scene ball = [](auto row, auto column) {
     const bool near = column > 25 && column < 50 && row > 15 && row < 45;

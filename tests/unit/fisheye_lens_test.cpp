@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: FisheyeLens.IsFoundWithoutANominalOneWithHonestIntervals
 // Rooms: calibration
-// The fisheye that is fitted: OpenCV's model, its derivatives, and a lens from corners beside OpenCV's own calibration.
+// The fitted fisheye: OpenCV's model, its derivatives, and a lens from corners compared with OpenCV's own calibration.
 #include <gtest/gtest.h>
 
 #include "calibration/bundle.hpp"
@@ -53,7 +53,7 @@ TEST(FisheyeLens, ImagesPointsAsOpenCvDoes) {
     const cv::Point2d at = plane_points()[i];
     double pixel[2], back[2];
     project_plane<double>(p.data(), at.x, at.y, pixel);
-    // OpenCV's skew acts on the distorted x before the focal length, as ours does.
+    // OpenCV applies its skew to the distorted x before the focal length, as this code does.
     EXPECT_NEAR(pixel[0], expected[i].x, 1e-9) << at;
     EXPECT_NEAR(pixel[1], expected[i].y, 1e-9) << at;
     ASSERT_TRUE(unproject(p, pixel[0], pixel[1], back)) << at;
@@ -90,7 +90,7 @@ TEST(FisheyeLens, HasTheDerivativesOfDifferences) {
   }
 }
 
-/// Views of a lens whose image ends 80 deg from its axis.
+/// Views of a lens whose image ends 80 deg from the axis.
 test::TrueScene wide_scene() {
   test::TrueScene scene;
   scene.lens.fisheye = true;
@@ -149,7 +149,7 @@ TEST(FisheyeLens, IsThatOfOpenCvsCalibration) {
       board, image, cv::Size(204, 204), matrix, powers, turns, places,
       cv::fisheye::CALIB_USE_INTRINSIC_GUESS | cv::fisheye::CALIB_RECOMPUTE_EXTRINSIC | cv::fisheye::CALIB_FIX_SKEW,
       cv::TermCriteria(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12));
-  // The same least squares, so a small part of what noise does to either.
+  // The same least squares problem, so they differ by a small fraction of the noise.
   EXPECT_NEAR(solution.lens[lens::fx], matrix(0, 0), 0.05 * solution.sd(lens::fx));
   EXPECT_NEAR(solution.lens[lens::fy], matrix(1, 1), 0.05 * solution.sd(lens::fy));
   EXPECT_NEAR(solution.lens[lens::cx], matrix(0, 2), 0.05 * solution.sd(lens::cx));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The forward model against sums written out here, and its noise against its formula.
+// The forward model, compared with explicit sums, and its noise, compared with its formula.
 #include <gtest/gtest.h>
 
 #include "io/profile.hpp"
@@ -23,7 +23,7 @@ const tofgraph_camera& camcube2() {
   return camera->view();
 }
 
-/// The numbers of the nominal CamCube 2.0, once more.
+/// The parameters of the nominal CamCube 2.0, repeated independently.
 struct Plain {
   double f = 12.8e-3, pitch = 40e-6, centre = 101.5, frequency = 20e6, gain = 7e6, contrast = 0.5, half_base = 0.05;
 };
@@ -34,7 +34,7 @@ struct Point {
 
 double length(Point a, Point b) { return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z); }
 
-/// c_k and the mean of the taps of one pixel that sees a tilted board, summed source by source.
+/// c_k and the mean of the taps of a single pixel that sees a tilted board, summed source by source.
 struct Sum {
   std::array<double, 4> samples{};
   double intensity = 0;
@@ -128,7 +128,7 @@ TEST(ForwardModel, OneOfTwoSourcesGivesHalfTheLightAndInterferenceIsSmall) {
     worst = std::max(worst, 1 - both[i] / (left[i] + right[i]));
     EXPECT_NEAR(left[i] / both[i], 0.5, 0.06);  // D_t of one source differs from the mean of both
   }
-  // equations.md section 4: |sum| is 2 A cos(w (D_1 - D_2) / (2 c)); at 500 mm below 0.002 of it is missing.
+  // equations.md section 4: |sum| is 2 A cos(w (D_1 - D_2) / (2 c)); at 500 mm the loss is below 0.002 of it.
   EXPECT_LT(worst, 0.002);
   EXPECT_GT(worst, 1e-6);
 }
@@ -213,8 +213,8 @@ TEST(ForwardModel, AThousandFramesHaveTheFormulasNoise) {
       ratio += std::sqrt(variance) / sigma / static_cast<double>(n);
       shot_variance += variance * a * a / static_cast<double>(n);
     }
-    EXPECT_NEAR(ratio, 1, 0.01);  // the mean over 144 pixels; 3 % are wanted
-    // variance a^2 = K^2 (read^2 + shot I): four times the light adds three times the shot part
+    EXPECT_NEAR(ratio, 1, 0.01);  // the mean over 144 pixels; 3 % is required
+    // variance a^2 = K^2 (read^2 + shot I): four times the light adds three times the shot term
     if (last_shot > 0) {
       const double k = c_light / (4 * pi * 20e6);
       const double mean_light = 7e6 * 0.85 * 1e-3 / 9.0;
@@ -225,7 +225,7 @@ TEST(ForwardModel, AThousandFramesHaveTheFormulasNoise) {
 }
 
 TEST(Noise, IsStandardNormalAndIndependent) {
-  constexpr std::size_t n = 100003;  // no multiple of any vector's length
+  constexpr std::size_t n = 100003;  // no multiple of any vector length
   const std::vector<float> mean(n, 2.0F), deviation(n, 3.0F);
   std::array<std::vector<float>, 4> out;
   std::array<float*, 4> to{};

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: Decoder.IsAs*
 // Rooms: graph cli
-// The decoder against the arctangent in double, and each reason for a flag.
+// The decoder, compared with the arctangent in double, and each reason for a flag.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr double c_light = 299792458.0, pi = 3.14159265358979323846;
 
-/// c_k = amplitude cos(Psi + k pi/2) for each pixel, image after image.
+/// c_k = amplitude cos(Psi + k pi/2) for each pixel, image by image.
 template <class T = float> std::vector<T> phases_of(const std::vector<double>& psi, double amplitude) {
   std::vector<T> phases;
   for (int k = 0; k < 4; ++k) {
@@ -31,7 +31,7 @@ template <class T = float> std::vector<T> phases_of(const std::vector<double>& p
   return phases;
 }
 
-/// Distance by the samples, in double: half paths from 0 to the unambiguous range.
+/// Distance from the samples, in double: half paths from 0 to the unambiguous range.
 template <class T> double distance_of(const std::vector<T>& phases, std::size_t pixel, double frequency) {
   const std::size_t pixels = phases.size() / 4;
   const auto c = [&](std::size_t k) { return static_cast<double>(phases[k * pixels + pixel]); };
@@ -81,7 +81,7 @@ TEST(Decoder, IsAsExactAsSinglePrecisionAtAnyFrequency) {
 TEST(Decoder, WrapsIntoTheRange) {
   Harness stage("four_phase_decoder");
   stage.metadata().modulation_frequency = 20e6;
-  // sine and cosine of: 0, just below 2 pi (rounds to the whole turn), -0, pi, 3 pi / 2
+  // sine and cosine of: 0, just below 2 pi (rounds to a full turn), -0, pi, 3 pi / 2
   stage.put<float>("phases", {4, 1, 5},
                    {100, 100, 100, -100, 0, 0, 1e-8F, 0, 0, 100, -100, -100, -100, 100, 0, 0, 0, -0.0F, 0, -100});
   stage.run();
@@ -96,7 +96,7 @@ TEST(Decoder, WrapsIntoTheRange) {
 
 template <class T> void decodes_integers() {
   std::vector<double> psi;
-  for (int i = 0; i < 7 * 13; ++i) psi.push_back(0.07 * i);  // no whole number of vectors
+  for (int i = 0; i < 7 * 13; ++i) psi.push_back(0.07 * i);  // no multiple of the vector length
   const std::vector<T> phases = phases_of<T>(psi, 9000);
   Harness stage("four_phase_decoder");
   stage.metadata().modulation_frequency = 20e6;
@@ -208,7 +208,7 @@ TEST(Decoder, WithoutAPhaseThereIsNoDistance) {
   stage.metadata().modulation_frequency = 20e6;
   stage.put<float>("phases", {4, 1, 4}, {0, nan, infinite, 5, 0, 1, 1, 5, 0, 1, 1, 5, 0, 1, 1, 5});
   stage.run();
-  for (int i = 0; i < 4; ++i) {  // no light, no number, no finite number, constant light only
+  for (int i = 0; i < 4; ++i) {  // no light, NaN, infinite, constant light only
     EXPECT_TRUE(std::isnan(stage.get<float>("distance")[static_cast<std::size_t>(i)])) << i;
     EXPECT_EQ(stage.get<std::uint16_t>("flags")[static_cast<std::size_t>(i)] & flag::invalid, flag::invalid) << i;
   }

@@ -95,7 +95,7 @@ TEST_F(Frames, ViewsStayGoodUntilTheStageReturns) {
     host.read(&b, "depth", &held);
     const float before = Array<const float>(held)[0];
     write(b, "depth", rows)[0] = 2 * before;
-    write(b, "sigma", rows - 1)[0] = -1;  // does not get the memory that is held
+    write(b, "sigma", rows - 1)[0] = -1;  // does not receive the memory still in use
     EXPECT_EQ(Array<const float>(held)[0], before);
   }
   host.read(&b, "depth", &held);

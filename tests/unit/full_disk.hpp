@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A disk that is soon full, where the tests may mount one.
+/// @file A disk that soon fills up, on systems where the tests may mount one.
 #pragma once
 
 #include <sys/mount.h>
@@ -13,7 +13,7 @@
 
 namespace tofgraph::tests {
 
-/// A memory-backed disk of a few kilobytes in a folder of its own. available() is false without the rights to mount.
+/// A memory-backed disk of a few kilobytes in a folder of its own. available() is false without permission to mount.
 class SmallDisk {
  public:
   explicit SmallDisk(const std::string& size) {
@@ -27,7 +27,7 @@ class SmallDisk {
 
   bool available() const { return mounted_; }
   const std::filesystem::path& path() const { return folder_.path(); }
-  /// From now on nothing can be written.
+  /// Remounts the disk read-only: nothing can be written any more.
   bool make_read_only() const {
     return mount(nullptr, folder_.path().c_str(), nullptr, MS_REMOUNT | MS_RDONLY, nullptr) == 0;
   }
@@ -37,7 +37,7 @@ class SmallDisk {
   bool mounted_ = false;
 };
 
-/// Names of what is in a folder, hidden files included, sorted.
+/// Names of the entries of a folder, including hidden files, sorted.
 inline std::vector<std::string> listing(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
@@ -45,7 +45,7 @@ inline std::vector<std::string> listing(const std::filesystem::path& folder) {
   return names;
 }
 
-/// Message of the exception of a call, or nothing.
+/// Message of the exception thrown by a call, or an empty string.
 template <class Call> std::string thrown(Call&& call) {
   try {
     call();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: HdrFusion.ABracket*
 // Rooms: plugins
-// Bracketed exposures against weighted means by hand, and the simulator's 1:8:64 against the noise that is possible.
+// Bracketed exposures, compared with weighted means computed by hand; simulated 1:8:64 with the lowest possible noise.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/harness.hpp>
@@ -64,7 +64,7 @@ TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
   EXPECT_NEAR(stage.get<float>("distance")[0], (7.490 + 7.49481145 + 0.004) / 2, 1e-5);
 }
 
-/// Two frequencies that repeat together at 15 m: every true distance comes back, with the mean by variance.
+/// Two frequencies with a combined range of 15 m: every true distance is recovered as the inverse-variance mean.
 TEST(HdrFusion, DistancesOfAlternatingFrequenciesAreUnwrapped) {
   constexpr double light_speed = 299792458.0, f[] = {60e6, 50e6}, sigma[] = {0.004, 0.006};
   constexpr std::size_t n = 400;
@@ -128,7 +128,7 @@ TEST(HdrFusion, RefusesWhatIsNoBracket) {
   EXPECT_NE(message_of(put).find("came twice in a bracket of 2"), std::string::npos);
 }
 
-/// No pixel is lost that one exposure shows well, and the noise is that of all good exposures together.
+/// No pixel that one exposure shows well is lost, and the noise is that of all good exposures combined.
 TEST(HdrFusion, ABracketOf1To8To64LosesNoPixelThatOneExposureShows) {
   const tests::TemporaryFolder folder;
   const auto run = [&](const std::string& command) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Images as parameters: written in files of every kind by other libraries, read once by the host.
+// Images as parameters: written by other libraries in every file format, read once by the host.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ class ImageParameter : public testing::Test {
                   std::size_t height = rows) const {
     io::write_pixel_maps(file(name), {{"map", unit, values}}, height, values.size() / height);
   }
-  /// NumPy's format by its own description: magic, version, length of the header, header, values.
+  /// NumPy's format according to its specification: magic, version, length of the header, header, values.
   void write_npy(const std::string& name, const std::vector<double>& values, const std::string& further = "") const {
     std::string header =
         fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}{}), }}", rows, columns, further);
@@ -124,7 +124,7 @@ TEST_F(ImageParameter, ThatCannotBeIsToldWithItsFile) {
 
 TEST_F(ImageParameter, OfAMapThatAnnouncesMoreThanItHoldsIsRefused) {
   const auto write = [&](const std::string& name, hsize_t side) {
-    const hsize_t extent[2] = {side, side}, chunk[2] = {100, 100};  // of which nothing is stored
+    const hsize_t extent[2] = {side, side}, chunk[2] = {100, 100};  // none of it is stored
     const hid_t h5 = H5Fcreate(file(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
     const hid_t space = H5Screate_simple(2, extent, nullptr), creation = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(creation, 2, chunk);
@@ -134,7 +134,7 @@ TEST_F(ImageParameter, OfAMapThatAnnouncesMoreThanItHoldsIsRefused) {
     H5Fclose(h5);
   };
   const std::vector<double> zeros(pixels, 0);
-  const auto write_whole = [&](const std::string& name) {  // in compressed chunks that take less than the values
+  const auto write_whole = [&](const std::string& name) {  // in compressed chunks that are smaller than the values
     write(name, 204);
     const hid_t h5 = H5Fopen(file(name).c_str(), H5F_ACC_RDWR, H5P_DEFAULT), creation = H5Pcreate(H5P_DATASET_CREATE);
     const hsize_t extent[2] = {rows, columns}, chunk[2] = {100, 102};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures, read with OpenCV.
+// Images written by the stage, read with OpenCV.
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -97,7 +97,7 @@ TEST_F(ImageStage, ThePictureSaysWhatACountIs) {
     written("a_{frame}.png", "format=uint16 " + more);
     const std::string png = read_text(folder.path() / "a_0.png");
     const std::size_t begin = png.find("tEXtDescription") + 16;
-    std::uint32_t length = 0;  // the chunk's, before its name
+    std::uint32_t length = 0;  // position of the chunk, before its name
     for (std::size_t i = begin - 20; i < begin - 16; ++i) length = length << 8U | static_cast<std::uint8_t>(png[i]);
     return png.substr(begin, length - 12);
   };
@@ -107,7 +107,7 @@ TEST_F(ImageStage, ThePictureSaysWhatACountIs) {
 
 TEST_F(ImageStage, WhatCannotBeEncodedIsAnError) {
   Harness stage(line("a_{frame}.png", "format=uint16 channel=amplitude"));
-  constexpr std::size_t columns = 1'000'001;  // libpng's limit is a million
+  constexpr std::size_t columns = 1'000'001;  // libpng's limit is one million
   stage.put<float>("amplitude", {1, columns}, std::vector<float>(columns, 1.0F));
   expect_words(thrown([&] { stage.run(); }), "'amplitude' as a picture of 1000001 x 1 px cannot be encoded as .png");
   EXPECT_FALSE(fs::exists(folder.path() / "a_0.png"));
@@ -124,7 +124,7 @@ TEST_F(ImageStage, WhatDoesNotFitIsTold) {
 }
 
 TEST_F(ImageStage, ColoursStandForValues) {
-  // A ramp over the whole scale: enlarged 4 times, below a title of 24 and a margin of 12 dots.
+  // A ramp over the full scale: enlarged 4 times, below a title of 24 and a margin of 12 dots.
   std::vector<float> values(64 * 64);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = 1 + static_cast<float>(i % 64) / 63;
   values[0] = none;
@@ -145,10 +145,10 @@ TEST_F(ImageStage, ColoursStandForValues) {
 TEST_F(ImageStage, TheScaleIsBesideThePicture) {
   written("a_{frame}.png", "minimum='1 m' maximum='2 m' zoom=64");
   const cv::Mat picture = cv::imread((folder.path() / "a_0.png").string());
-  const int bar = 12 + 192 + 12 + 11;              // its middle: margin, image, margin, half of the bar
+  const int bar = 12 + 192 + 12 + 11;              // its centre: margin, image, margin, half of the bar
   const int top = 36, bottom = 36 + 160 - 40 - 1;  // at least 160 dots high
   const cv::Mat map = viridis();
-  for (int row = top + 1; row < bottom; ++row) {  // the greatest value on top
+  for (int row = top + 1; row < bottom; ++row) {  // the largest value on top
     const int level = static_cast<int>(std::lround(255.0 * (bottom - row) / (bottom - top)));
     double least = 255;
     for (int near = std::max(0, level - 2); near <= std::min(255, level + 2); ++near)
@@ -178,7 +178,7 @@ TEST_F(ImageStage, FlagsHaveColoursOfTheirOwnAndNames) {
   const std::vector<cv::Vec3b> all = {none_at_all, invalid, saturated, low, bad, other};
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) EXPECT_GT(cv::norm(all[i], all[k], cv::NORM_INF), 40) << i << " " << k;
-    cv::Mat sample;  // in the legend, right of the picture
+    cv::Mat sample;  // in the legend, to the right of the image
     cv::inRange(picture.colRange(12 + 16 + 12, picture.cols), cv::Scalar(all[i]), cv::Scalar(all[i]), sample);
     EXPECT_GT(cv::countNonZero(sample), 200) << i;
   }
@@ -193,7 +193,7 @@ TEST_F(ImageStage, FlagsBetweenGivenLimitsAreNumbers) {
 }
 
 TEST_F(ImageStage, WideNumbersAndTitlesAreNotClipped) {
-  // The margin of 12 dots right of all words stays white, whatever their width.
+  // The margin of 12 dots to the right of all text stays white, whatever the text's width.
   for (const char* limits :
        {"minimum='1 counts' maximum='12345678901 counts'", "minimum='1 counts' maximum='1.0000001 counts'"}) {
     written("a_{frame}.png", std::string("channel=amplitude zoom=1 ") + limits);

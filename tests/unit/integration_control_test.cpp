@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The controller of the integration time before a camera of a few lines: amplitude and taps in closed form.
+// Controller of the integration time with a minimal camera: amplitude and taps in closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ using camcube::IntegrationControl;
 
 const ControlLimits usual{1000, 8000, 0.9, 30000, {0.5e-3, 50e-3}};
 
-/// Four images of a phase of 0.7 rad whose amplitude grows with the time; a tap is amplitude (1 + cos) and clips.
+/// Four images of a phase of 0.7 rad, amplitude proportional to the time; a tap is amplitude (1 + cos) and clips.
 std::vector<std::uint16_t> taps_of(double counts_per_second, double time, double full_well = 30000) {
   constexpr std::size_t pixels = 700;
   std::vector<std::uint16_t> taps(8 * pixels);
@@ -32,10 +32,10 @@ std::vector<std::uint16_t> taps_of(double counts_per_second, double time, double
   return taps;
 }
 
-/// The time that is reached, with as many frames on their way as a camera has.
+/// Final integration time, with as many frames in flight as in a camera.
 double settled(double counts_per_second, double start, const ControlLimits& limits, int& changes) {
   IntegrationControl control(limits);
-  std::vector<double> times(3, start);  // of the frames to come
+  std::vector<double> times(3, start);  // of the frames in flight
   changes = 0;
   for (int frame = 0; frame < 100; ++frame) {
     const double time = times[0];
@@ -68,7 +68,7 @@ TEST(IntegrationControl, StaysWithinTheTimesOfTheCamera) {
 }
 
 TEST(IntegrationControl, AvoidsSaturationBeforeItSeeksAmplitude) {
-  const ControlLimits greedy{20000, 60000, 0.9, 30000, {0.5e-3, 50e-3}};  // a range that the full well does not allow
+  const ControlLimits greedy{20000, 60000, 0.9, 30000, {0.5e-3, 50e-3}};  // a range beyond the full well
   int changes = 0;
   const double light = 1e6, brightest = light * settled(light, 1e-3, greedy, changes) * 1.5;
   EXPECT_LT(brightest, 0.9 * 30000);
@@ -77,7 +77,7 @@ TEST(IntegrationControl, AvoidsSaturationBeforeItSeeksAmplitude) {
 
 TEST(IntegrationControl, LeavesFramesWithTheFormerTimeOut) {
   IntegrationControl control(usual);
-  const auto asked = control.next(taps_of(1e5, 1e-3), 1e-3);  // amplitude 100: eight times as long at most
+  const auto asked = control.next(taps_of(1e5, 1e-3), 1e-3);  // amplitude 100: increases by a factor of 8 at most
   ASSERT_TRUE(asked);
   EXPECT_DOUBLE_EQ(*asked, 8e-3);
   EXPECT_FALSE(control.next(taps_of(1e5, 1e-3), 1e-3)) << "was under way";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The replaced lens against OpenCV's inverse of it, rectified images against OpenCV's maps and remap.
+// The replaced lens, compared with OpenCV's inverse of it; rectified images, compared with OpenCV's maps and remap.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -85,7 +85,7 @@ TEST(Intrinsics, RefusesToComeTooLateOrToDoNothing) {
 constexpr const char* calibrated_lens =
     "fx=\"316.75 px\" fy=\"317 px\" cx=\"101.3 px\" cy=\"101.7 px\" k1=-0.44287 k2=0.21777 p1=0.00213 p2=-0.00497";
 
-/// A calibration file that is removed at the end of the test.
+/// A calibration file that is deleted at the end of the test.
 struct CalibrationFile {
   explicit CalibrationFile(const std::string& text)
       : path(std::filesystem::temp_directory_path() / ("tofgraph_calibration_" + std::to_string(getpid()) + ".yaml")) {
@@ -191,7 +191,7 @@ TEST(Intrinsics, CalibrationFileThatIsWrongIsToldWithItsPlace) {
   EXPECT_EQ(has(CalibrationFile("profile: 1\n").error(), "this is a profile, expected a calibration"), "");
 }
 
-/// OpenCV's map of the calibrated lens: where each pixel of the rectified image comes from.
+/// OpenCV's map of the calibrated lens: source position of each pixel of the rectified image.
 void opencv_maps(cv::Mat& x, cv::Mat& y) {
   const cv::Mat matrix = (cv::Mat_<double>(3, 3) << 316.75, 0, 101.3, 0, 317, 101.7, 0, 0, 1);
   const std::vector<double> distortion = {-0.44287, 0.21777, 0.00213, -0.00497, 0};
@@ -199,7 +199,7 @@ void opencv_maps(cv::Mat& x, cv::Mat& y) {
 }
 
 TEST(Intrinsics, RectifiesAsOpenCvDoes) {
-  // Mixed linearly, an image of the columns (rows) shows the map itself; a random one shows which pixels are mixed.
+  // Interpolated linearly, an image of the columns (rows) gives the map itself; a random one shows the pixels used.
   std::vector<float> column(pixels), row(pixels), noise(pixels);
   std::mt19937 random(5);
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -229,7 +229,7 @@ TEST(Intrinsics, RectifiesAsOpenCvDoes) {
     ++inside;
     ASSERT_NEAR(columns[i], u, 5e-5) << i;
     ASSERT_NEAR(rows[i], v, 5e-5) << i;
-    // OpenCV rounds the place to 1/32 px: up to 1/64 px of differences up to 1, in x and in y.
+    // OpenCV rounds the position to 1/32 px: up to 1/64 px times differences of up to 1, in x and in y.
     ASSERT_NEAR(values[i], mixed.ptr<float>()[i], 2.0 / 64) << i;
   }
   EXPECT_GT(inside, pixels * 9 / 10);
@@ -273,7 +273,7 @@ TEST(Intrinsics, RectifiedPixelIsInvalidWhenOneOfItsFourSourcesIs) {
     ASSERT_NEAR(samples[3 * pixels + i], 7 + part * 65528, 10) << i;
     ASSERT_EQ(samples[4 * pixels + i], 7) << i;
     if (takes_part) continue;
-    // Four independent values of one deviation: 0.01 times the root of the sum of the squared weights.
+    // Four independent values of equal standard deviation: 0.01 times the root of the sum of the squared weights.
     const double p = u - std::floor(u), q = v - std::floor(v);
     const double weights = ((1 - p) * (1 - p) + p * p) * ((1 - q) * (1 - q) + q * q);
     ASSERT_NEAR(s[i], 0.01 * std::sqrt(weights), 1e-6) << i;
@@ -323,7 +323,7 @@ TEST(Intrinsics, RefusesToRectifyWhereThereIsNothingOrTooLate) {
   folded.camera(profile);
   folded.put<float>("distance", {204, 204}, std::vector<float>(pixels, 1));
   folded.run();
-  // 1 + 3 k1 r^2 = 0 at r = 1/3: beyond it, the model folds. The corner has r = 101.5/320 sqrt(2) = 0.449.
+  // 1 + 3 k1 r^2 = 0 at r = 1/3: beyond it, the model folds over. The corner has r = 101.5/320 sqrt(2) = 0.449.
   EXPECT_EQ(folded.get<std::uint16_t>("flags")[0], 64 | 1);
   EXPECT_TRUE(std::isnan(folded.get<float>("distance")[0]));
 }

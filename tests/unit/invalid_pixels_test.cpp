@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The rule that every filter keeps: an invalid pixel has the flag 1 and is NaN in every length channel.
+// Rule for all filters: an invalid pixel has the flag 1 and is NaN in every length channel.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ std::vector<float> image(float value, float at_bad) {
   return values;
 }
 
-/// Every length channel of what left against the flags. @returns how many pixels are invalid
+/// Compares every output length channel with the flags. @returns number of invalid pixels
 std::size_t expect_rule(const Harness& stage) {
   const auto flags = stage.get<std::uint16_t>("flags");
   std::size_t invalid = 0;
@@ -37,7 +37,7 @@ std::size_t expect_rule(const Harness& stage) {
   return invalid;
 }
 
-/// A stage, what it reads, and a value that it cannot accept, m.
+/// A stage, its input channel, and a value that it cannot accept, m.
 struct Case {
   const char *stage, *length;
   float good, bad;
@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Stages, InvalidPixels,
 
 TEST(InvalidPixels, OutsideTheLensModel) {
   test::Camera camera = test::camcube2();
-  camera.view.distortion[0] = -3;  // folds at r = 1/3
+  camera.view.distortion[0] = -3;  // folds over at r = 1/3
   Harness stage("point_cloud");
   stage.camera(test::profile_of(camera.view));
   stage.put<float>("depth", {size, size}, std::vector<float>(pixels, 1.0F));

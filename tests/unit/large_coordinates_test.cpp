@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Points in frames whose coordinates float32 cannot hold: the loss is reported, a shift avoids it.
+// Points in frames whose coordinates exceed float32 precision: the loss is reported, a shift avoids it.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Images of boards as a camera of large pixels sees them: area-sampled, blurred, noisy. Written down anew.
+/// @file Images of boards from a camera with large pixels: area-sampled, blurred, noisy. Independent implementation.
 #pragma once
 
 #include "calibration/corners.hpp"
@@ -13,7 +13,7 @@ namespace test {
 
 constexpr int subsamples = 5;  ///< per pixel along each side
 
-/// The rays of all subsamples: the distortion undone by iteration.
+/// Rays of all subsamples, with the distortion undone iteratively.
 inline std::vector<Eigen::Vector2d> subpixel_rays(const TrueLens& lens, int size) {
   std::vector<Eigen::Vector2d> rays;
   rays.reserve(static_cast<std::size_t>(size * subsamples * size * subsamples));
@@ -34,12 +34,12 @@ inline std::vector<Eigen::Vector2d> subpixel_rays(const TrueLens& lens, int size
 
 struct Light {
   double bright = 0.85, dark = 0.1, wall = 0.3, wall_distance = 2.5;
-  double scale = 700;  ///< counts of reflectivity 1 at 1 m, falling with the square of the distance
+  double scale = 700;  ///< counts at reflectivity 1 and 1 m, falling with the square of the distance
   double blur = 0.6;   ///< px
   double noise = 6;    ///< counts
 };
 
-/// The reflectivity at a place of the board, m from its middle; NaN: beside it.
+/// Reflectivity at a point of the board, m from its centre; NaN: off the board.
 using Texture = std::function<double(double x, double y)>;
 
 inline Texture chessboard(const TrueBoard& board, const Light& light) {

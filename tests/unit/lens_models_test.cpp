@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Fisheyes against OpenCV's fisheye module, tables of rays against the lens they were made from, fields of view.
+// Fisheyes, compared with OpenCV's fisheye module; ray tables, compared with their source lens; fields of view.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -56,7 +56,7 @@ class LensModels : public testing::Test {
   tests::TemporaryFolder folder_;
 };
 
-/// OpenCV's image point of each pixel of the fisheye.
+/// Image point of each pixel of the fisheye by OpenCV.
 std::vector<cv::Point2d> ideal_points() {
   std::vector<cv::Point2d> seen, ideal;
   for (std::size_t i = 0; i < pixels; ++i) seen.emplace_back(i % width, i / width);
@@ -71,7 +71,7 @@ TEST_F(LensModels, AFisheyeHasTheRaysOfOpenCv) {
   const std::vector<cv::Point2d> ideal = ideal_points();
   std::size_t compared = 0;
   for (std::size_t i = 0; i < pixels; ++i) {
-    if (!(rays[3 * i + 2] > 0.05F)) continue;  // tangents beyond 87 deg are coarse in float32
+    if (!(rays[3 * i + 2] > 0.05F)) continue;  // tangents beyond 87 deg are imprecise in float32
     ++compared;
     const cv::Point2d found(rays[3 * i] / rays[3 * i + 2], rays[3 * i + 1] / rays[3 * i + 2]);
     const double radius = cv::norm(ideal[i]);
@@ -142,7 +142,7 @@ TEST_F(LensModels, IntrinsicsMakesAFisheyeOfAnyCamera) {
               HasSubstr("is not part of a fisheye"));
 }
 
-/// The same rays in every form that a table can have.
+/// The same rays in every form that a table may have.
 TEST_F(LensModels, TablesHoldTheRaysInAnyForm) {
   const io::CameraPtr lens = load(fisheye_profile);
   std::vector<double> directions, tangents, degrees;
@@ -183,14 +183,14 @@ TEST_F(LensModels, TablesHoldTheRaysInAnyForm) {
   }
 }
 
-/// A lens of little distortion as a table: image points between pixels, projection and rectification follow it.
+/// A lens with little distortion as a table: image points between pixels, projection and rectification agree with it.
 TEST_F(LensModels, ATableIsUsedLikeTheLensItWasMadeFrom) {
   const std::string profile = head +
                               "focal_length: [90 px, 91 px]\nprincipal_point: [46, 41]\n"
                               "distortion: [-0.2, 0.05, 0.001, -0.001, 0]\n";
   const io::CameraPtr lens = load(profile);
   std::vector<double> directions(lens->view().rays, lens->view().rays + 3 * pixels);
-  std::fill_n(directions.begin(), 3 * 5, 0.0);  // five pixels have none
+  std::fill_n(directions.begin(), 3 * 5, 0.0);  // five pixels have no ray
   write_npy("rays.npy", directions, "(80, 96, 3)");
   const io::CameraPtr table = load(head + "rays: rays.npy\n");
   const physics::Lens model(lens->view()), none(table->view());
@@ -272,7 +272,7 @@ TEST_F(LensModels, AFieldOfViewIsALastResortWithAWarning) {
   EXPECT_NEAR(fisheye->view().focal_px[1], 40 / (50 * M_PI / 180), 1e-9);
 }
 
-/// The table goes with a recording: the profile inside names it by its absolute path.
+/// The table is stored with a recording: the profile inside names it by its absolute path.
 TEST_F(LensModels, ARecordingFindsItsTable) {
   const io::CameraPtr lens = load(fisheye_profile);
   write_npy("rays.npy", {lens->view().rays, lens->view().rays + 3 * pixels}, "(80, 96, 3)");

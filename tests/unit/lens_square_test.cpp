@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A wrong size of the squares, told from the distances that the camera measured of the board.
+// A wrong square size, detected from the camera's distance measurements of the board.
 #include "calibration/lens_distances.hpp"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 namespace tofgraph::calibration {
 namespace {
 
-/// Views straight ahead of a board, which the corners place at `scale` times its true distance; the camera measures
-/// with an offset and wiggling.
+/// Frontal views of a board, which the corners place at `scale` times its true distance; the camera's distances have an
+/// offset and wiggling.
 std::string said(double scale, std::initializer_list<double> distances, double offset = 0.028) {
   Observations observations{
       .light = LightPaths{.sources = {{{0.05, 0, 0}, 0.5}, {{-0.05, 0, 0}, 0.5}}, .pitch = {4e-5, 4e-5}}};
@@ -22,7 +22,7 @@ std::string said(double scale, std::initializer_list<double> distances, double o
   for (const double z : distances) {
     View view;
     for (const double u : {60.0, 101.5, 140.0}) {
-      // Lamps beside the sensor, the lens 12.8 mm before it; z from the lens.
+      // Lamps beside the sensor, lens 12.8 mm before it; z from the lens.
       const double x = (u - 101.5) / 320 * z, depth = z + 0.0128;
       const double half = ((std::hypot(x - 0.05, depth) + std::hypot(x + 0.05, depth)) / 2 + std::hypot(x, z) +
                            0.0128 * std::hypot(x, z) / z) /

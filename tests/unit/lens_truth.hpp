@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A camera, a board and views of it, written down anew: the truth for calibrations of lenses. Shares no formula
-/// with what is tested; from calibration/bundle.hpp come only the structs of the observations.
+/// @file Independent implementation of a camera, a board and views of it: the ground truth for lens calibrations.
+/// Shares no formula with the tested code; only the observation structs come from calibration/bundle.hpp.
 #pragma once
 
 #include "calibration/bundle.hpp"
@@ -20,7 +20,7 @@ namespace test {
 struct TrueLens {
   double fx = 316.75, fy = 317.4, cx = 101.3, cy = 102.4;
   double k1 = -0.44, k2 = 0.22, p1 = 0.002, p2 = -0.005, k3 = 0, k4 = 0;
-  bool fisheye = false;  ///< equidistant: r = f theta (1 + k1 theta^2), all else as it stands
+  bool fisheye = false;  ///< equidistant: r = f theta (1 + k1 theta^2), everything else unchanged
 
   Eigen::Vector2d image(const Eigen::Vector3d& point) const {
     const double x = point.x() / point.z(), y = point.y() / point.z(), r = std::hypot(x, y);
@@ -50,7 +50,7 @@ struct TruePose {
 struct TrueBoard {
   int columns = 8, rows = 6;
   double square = 0.03;
-  double sag = 0;  ///< m: bent to a cylinder about the y axis, the edge columns this far behind the centre
+  double sag = 0;  ///< m: bent into a cylinder about the y axis, the edge columns this far behind the centre
 
   std::vector<tofgraph::calibration::BoardPoint> points() const {
     std::vector<tofgraph::calibration::BoardPoint> list;
@@ -66,8 +66,8 @@ struct TrueBoard {
   }
 };
 
-/// Views as a careful user takes them: distances that let the board fill a half to all of the image, tilts up to 40
-/// deg, in the middle and towards the corners. Every corner is inside.
+/// Views as taken by a careful user: distances at which the board fills half to all of the image, tilts up to 40 deg,
+/// in the centre and towards the corners. All corners are inside the image.
 inline std::vector<TruePose> true_poses(const TrueLens& lens, const TrueBoard& board, std::size_t count,
                                         unsigned seed = 7) {
   std::mt19937 random(seed);
@@ -77,7 +77,7 @@ inline std::vector<TruePose> true_poses(const TrueLens& lens, const TrueBoard& b
   std::vector<TruePose> poses;
   while (poses.size() < count) {
     TruePose pose;
-    const double near = lens.fx / 316.75;  // a wider lens is brought nearer
+    const double near = lens.fx / 316.75;  // a wider lens needs a shorter distance
     const double tilt = uniform(0.15, 0.75), about = uniform(0, 2 * M_PI), distance = uniform(0.5, 1.1) * near;
     pose.turn = {tilt * std::cos(about), tilt * std::sin(about), uniform(-0.2, 0.2)};
     pose.place = {uniform(-0.2, 0.2) * distance / near, uniform(-0.2, 0.2) * distance / near, distance};
@@ -114,8 +114,8 @@ struct TrueScene {
     return seen;
   }
 
-  /// The Cramer-Rao bound of (fx fy cx cy k1 k2 p1 p2) for this corner noise, the poses and, if asked for, the board's
-  /// quadratic warp being unknown: inverse of the Fisher information, derivatives by differences.
+  /// Cramer-Rao bound of (fx fy cx cy k1 k2 p1 p2) for this corner noise, with unknown poses and, if requested, unknown
+  /// quadratic warp of the board: inverse of the Fisher information, derivatives by finite differences.
   Eigen::MatrixXd bound(double noise, bool with_warp) const {
     const std::size_t shared = with_warp ? 11 : 8, unknowns = shared + 6 * poses.size();
     const auto points = board.points();

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: LensStructure.ALensOfTheModelIsNotAccused:ProjectionUncertainty.*:LensJudgement.HalvesAgree*
 // Rooms: calibration
-// What is said of a fitted lens, against many calibrations of the same scene: its uncertainty, its judgement on the
-// model.
+// Validation of a fitted lens, compared with many calibrations of the same scene: its uncertainty, and the test of the
+// lens model.
 #include <gtest/gtest.h>
 
 #include "calibration/lens_validation.hpp"
@@ -73,7 +73,7 @@ TEST(LensStructure, ALensOffTheModelIsSaid) {
   }
 }
 
-/// The board stays flat for the fit and bends in an S: that is the board's, not the lens'.
+/// The fit assumes a flat board, which bends into an S: this is attributed to the board, not to the lens.
 TEST(LensStructure, ABoardBentOtherwiseIsTold) {
   const test::TrueScene scene = scene_of({});
   Observations seen = scene.observed(corner_noise, 3);
@@ -94,7 +94,7 @@ TEST(LensStructure, ABoardBentOtherwiseIsTold) {
   EXPECT_NE(board.explanation.find("S shape along x"), std::string::npos) << board.explanation;
 }
 
-/// A point that stands still before the boards of all views, projected by 100 calibrations.
+/// A point fixed relative to the boards of all views, projected by 100 calibrations.
 TEST(ProjectionUncertainty, IsTheScatterOfManyCalibrations) {
   const test::TrueScene scene = scene_of({});
   constexpr unsigned count = 100;
@@ -105,8 +105,8 @@ TEST(ProjectionUncertainty, IsTheScatterOfManyCalibrations) {
     const ProjectionUncertainty uncertainty(solution);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto [u, v, range] = places[i];
-      // the true point behind the pixel, then its place by the boards: the mean over views of where it is seen from
-      // there
+      // the true point behind the pixel, then its position relative to the boards: the mean over views of the position
+      // that each view gives
       Eigen::Vector2d ray(0, 0);
       for (int k = 0; k < 50; ++k) {
         const Eigen::Vector2d miss = Eigen::Vector2d(u, v) - scene.lens.image({ray.x(), ray.y(), 1});
@@ -124,7 +124,7 @@ TEST(ProjectionUncertainty, IsTheScatterOfManyCalibrations) {
       }
       test::TrueLens fitted{solution.lens[0], solution.lens[1], solution.lens[2], solution.lens[3],
                             solution.lens[4], solution.lens[5], solution.lens[6], solution.lens[7]};
-      // the bend of the true board stands 0.5 mm behind the flat one's edge: the same in all calibrations
+      // the bend of the true board displaces it 0.5 mm from the edge of the flat one: the same in all calibrations
       squares[i] += (fitted.image(mean) - Eigen::Vector2d(u, v)).squaredNorm() / count;
       const auto j = *uncertainty.jacobian(u, v, range);
       stated[i] += (j * solution.covariance * j.transpose()).trace() / count;
@@ -157,7 +157,7 @@ TEST(LensJudgement, HalvesAgreeAndLeftOutViewsArePredicted) {
   EXPECT_LT(ratio, 1.5);
 }
 
-/// With the suggested view the lens is better than with the average other view at a random pose.
+/// Adding the suggested view improves the lens more than the average view at a random pose.
 TEST(LensJudgement, TheSuggestedViewHelpsMoreThanOthers) {
   test::TrueScene scene = scene_of({});
   scene.poses.resize(8);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The perpendicular and the simple bistatic model against their own forward forms, written out here from the
-// reference's path lengths, and against the figures of its table 5.1.
+// The perpendicular and the simple bistatic model, compared with their own forward equations, implemented here from the
+// reference's path lengths, and with the figures of its table 5.1.
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
 
@@ -32,7 +32,7 @@ double source_path(const Pixel& p, double z, double source) {
   return std::sqrt((x - source) * (x - source) + y * y + z * z);
 }
 
-/// The distance of a board of the ideal camera: two sources at +-50 mm.
+/// Distance of a board for the ideal camera: two sources at +-50 mm.
 double board_distance(const Pixel& p, double z) {
   return ((source_path(p, z, 0.05) + source_path(p, z, -0.05)) / 2 + (z - f) / p.cosine + p.sensor) / 2;
 }

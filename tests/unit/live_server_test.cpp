@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: LiveServer.SurvivesMalformed*
 // Rooms: live
-// The server of the live view without a pipeline: codes of values, and what comes from the network.
+// The server of the live view without a pipeline: encoding of values, and input from the network.
 #include "live/encoding.hpp"
 #include "live/foxglove_messages.hpp"
 #include "live/server.hpp"
@@ -239,7 +239,7 @@ TEST(LiveServerQuestions, EachIsAnsweredOrRefused) {
 }
 
 TEST_F(LiveServer, AClientThatAsksOnAfterTheEndIsNotBuriedInFrames) {
-  server->end(picture(41, 1000, 1000));  // 4 MB, more than the system takes for one that does not read
+  server->end(picture(41, 1000, 1000));  // 4 MB, more than the socket buffer holds for a client that does not read
   WebClient client(port);
   client.send(R"({"op":"show","nodes":["decode"]})");
   for (int i = 0; i < 200; ++i) client.send(R"({"op":"next"})");
@@ -268,7 +268,7 @@ TEST_F(LiveServer, ClosesConnectionsBeyond64AtOnce) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     try {
       status = tests::request(port, tests::http::verb::get, "/state").status;
-    } catch (const std::exception&) {  // those that left are not all gone yet
+    } catch (const std::exception&) {  // not all closed connections are removed yet
       ASSERT_LT(i, 99U);
     }
   }
@@ -280,7 +280,7 @@ TEST_F(LiveServer, PagesMayNotSendFormsOrHaveAnotherBase) {
   EXPECT_THAT(answer, testing::HasSubstr("base-uri 'none'; form-action 'none'"));
 }
 
-/// Requests and messages that are right, to be damaged.
+/// Valid requests and messages, to be corrupted.
 const std::vector<std::string>& good_requests() {
   static const std::vector<std::string> all = {
       "GET / HTTP/1.1\r\nHost: localhost:8765\r\n\r\n",
@@ -352,8 +352,8 @@ TEST_F(LiveServer, SurvivesMalformedRequestsAndMessages) {
           i % 3 == 0 ? client->send_binary(message) : client->send(message);
           if (server->wanted() != 0) server->show(picture(static_cast<std::uint64_t>(i), 3, 4));
         }
-        if (i % 5 == 0) client->send(std::string(100000, 'x'));  // longer than is allowed
-      } catch (const std::exception&) {                          // thrown out: right
+        if (i % 5 == 0) client->send(std::string(100000, 'x'));  // longer than allowed
+      } catch (const std::exception&) {                          // disconnected: correct
       }
       if (client) client->cut();
     }

@@ -87,7 +87,7 @@ TEST(Mask, PixelsThatAMapListsBecomeBadAndInvalid) {
   }
 }
 
-/// A picture of 8 bits as people draw masks.
+/// An 8-bit image, the usual format of masks.
 TEST(Mask, APictureKeepsWhatIsNotBlack) {
   const tests::TemporaryFolder folder;
   cv::Mat picture(204, 204, CV_8U, cv::Scalar(0));
@@ -108,7 +108,7 @@ TEST(Mask, APictureKeepsWhatIsNotBlack) {
   }
 }
 
-/// OpenCV decides which pixel is inside: a polygon with a notch and corners between pixels, edges on pixels included.
+/// OpenCV decides which pixels are inside: a polygon with a notch and corners between pixels, edges on pixels included.
 TEST(Mask, APolygonHasThePixelsThatOpenCvFindsInIt) {
   const std::vector<cv::Point2f> corners = {{3, 2}, {40.5F, 4.25F}, {30, 20}, {50, 33}, {10.75F, 44.5F}, {3, 30}};
   std::string list;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: MeshBytes.NonsenseIs*:MeshBytes.PlyIs*
 // Rooms: simulation
-// Meshes in every encoding of their formats, and concave faces by their area.
+// Meshes in every encoding of their formats, and concave faces by their areas.
 #include <gmock/gmock.h>
 
 #include <fmt/format.h>
@@ -115,7 +115,7 @@ TEST_F(MeshBytes, PlyIsReadByItsBytesWhateverTheFirstOneIs) {
       ASSERT_EQ(mesh.triangles.size(), 2U);
     }
   }
-  // Big endian: the first byte is that of the exponent.
+  // Big endian: the first byte is the exponent.
   for (const float first : {1.2e-33F, -3.4e-12F, 0.0F}) {
     const Points points = {{first, 0, 1}, {1, 0, 1}, {1, 1, 1}};
     EXPECT_EQ(load("a.ply", binary_ply(points, {{0, 1, 2}}, true)).vertices, points);
@@ -195,7 +195,7 @@ INSTANTIATE_TEST_SUITE_P(
                             {in_order(10)},
                             7},
                     Polygon{"star", star(7), {in_order(14)}, 7 * 0.3 * std::sin(M_PI / 7)},
-                    // A square with a square hole, connected by a doubled edge.
+                    // A square with a square hole, connected by a double edge.
                     Polygon{"hole",
                             {{0, 0, 1}, {4, 0, 1}, {4, 4, 1}, {0, 4, 1}, {1, 1, 1}, {1, 3, 1}, {3, 3, 1}, {3, 1, 1}},
                             {{0, 1, 2, 3, 0, 4, 5, 6, 7, 4}},

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Message of a call that should be refused.
+/// @file Message of a call that should fail.
 #pragma once
 
 #include <exception>
@@ -8,7 +8,7 @@
 
 namespace tofgraph {
 
-/// The text of what the call throws; "no error" where it throws nothing.
+/// Message of the exception thrown by the call; "no error" if it throws nothing.
 std::string message_of(auto&& call) {
   try {
     call();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// A model whose camera is a path to a profile: which camera that is, and where the extended model finds it.
+// A model whose camera is a path to a profile: the camera it refers to, and its path in the extended model.
 #include <gtest/gtest.h>
 
 #include "diagnosis/data/superpixels.hpp"
@@ -49,7 +49,7 @@ TEST_F(ModelCamera, IsFoundFromTheExtendedModelsFolder) {
   EXPECT_EQ(model_yaml(found), "model: 1\ncamera: camcube2\nlight: reference\neffects: []\n");
 }
 
-/// Advice that named another camera's noise would be taken.
+/// Advice must not suggest the noise values of another camera, since users would adopt them.
 TEST(OneFrame, WithoutNoiseInTheProfileIsRefusedWithoutNumbers) {
   FrameSums sums(FrameSums::Kind::taps, 1, 1);
   sums.add_taps(std::vector<std::uint16_t>(8, 100), 1000);

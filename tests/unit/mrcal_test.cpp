@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: *
 // Rooms: calibration
-// The same corners to mrcal (Debian: mrcal), and views that neither has seen. Skipped where mrcal is not installed.
+// The same corners given to mrcal (Debian: mrcal), and views unseen by both. Skipped if mrcal is not installed.
 #include <gtest/gtest.h>
 
 #include "calibration/bundle.hpp"
@@ -44,7 +44,7 @@ test::TrueLens lens_of(const std::string& model) {
   return lens;
 }
 
-/// Mean square of what remains of a new view's true corners, the pose fitted, px^2 a coordinate.
+/// Mean squared residual of the true corners of a new view after fitting its pose, px^2 per coordinate.
 double held_out_error(const test::TrueScene& scene, const test::TruePose& truth, const test::TrueLens& lens) {
   test::TruePose pose = truth;
   const auto points = scene.board.points();

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: NoiseModel.*Simulated*
 // Rooms: plugins
-// The stated sigma against the spread of simulated recordings over their frames, and against closed forms.
+// The stated sigma, compared with the temporal standard deviation of simulated recordings and with closed forms.
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <tofgraph/harness.hpp>
@@ -52,7 +52,7 @@ TEST(NoiseModel, DepthsHaveTheCosineOfTheirRay) {
   EXPECT_NEAR(stage.get<float>("sigma")[0], expected * double{stage.camera().rays[2]}, 1e-6);
 }
 
-/// Noise of 2 mm to the left, 6 mm to the right, on a slope with steps.
+/// Noise of 2 mm on the left, 6 mm on the right, on a slope with steps.
 std::vector<float> noisy_wall(std::uint64_t seed, std::size_t rows = 64, std::size_t columns = 128) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise;
@@ -66,7 +66,7 @@ std::vector<float> noisy_wall(std::uint64_t seed, std::size_t rows = 64, std::si
   return image;
 }
 
-/// Median of sigma over the left and the right half.
+/// Medians of sigma over the left and the right half.
 std::array<float, 2> halves(const std::vector<float>& sigma) {
   std::array<std::vector<float>, 2> values;
   for (std::size_t i = 0; i < sigma.size(); ++i) values[i % 128 < 64 ? 0 : 1].push_back(sigma[i]);
@@ -98,7 +98,7 @@ TEST(NoiseModel, FramesOfOneIntegrationTimeAreCompared) {
   for (std::uint64_t k = 0; k < 6; ++k) {
     std::vector<float> image = noisy_wall(k);
     if (k % 2 == 1)
-      for (float& z : image) z += 0.3F;  // the offset of the other time
+      for (float& z : image) z += 0.3F;  // the offset of the other integration time
     stage.put<float>("depth", {64, 128}, image);
     stage.metadata().integration_time = k % 2 == 1 ? 4e-3 : 1e-3;
     if (!stage.run()) continue;
@@ -130,7 +130,7 @@ TEST(NoiseModel, SaysWhatIsMissing) {
   EXPECT_NE(message("", true).find("mode"), std::string::npos);
 }
 
-/// Stated over true sigma in five groups of pixels, from the darkest to the brightest. True is the spread over frames.
+/// Ratio of stated to true sigma (temporal standard deviation) in five groups of pixels, from darkest to brightest.
 std::vector<double> ratios(const std::filesystem::path& truth, const std::filesystem::path& file, std::size_t skipped) {
   constexpr std::size_t pixels = 204 * 204, frames = 60;
   const auto distance = tests::raw_values<float>(truth, "/frames/distance"),
@@ -158,7 +158,7 @@ std::vector<double> ratios(const std::filesystem::path& truth, const std::filesy
   return result;
 }
 
-/// A chessboard before a slanted wall: amplitudes from 300 to 5000 counts.
+/// A chessboard in front of a slanted wall: amplitudes from 300 to 5000 counts.
 TEST(NoiseModel, IsTheSpreadOfSimulatedRecordings) {
   const tests::TemporaryFolder folder;
   const auto run = [&](const std::string& line) {
@@ -187,7 +187,7 @@ TEST(NoiseModel, IsTheSpreadOfSimulatedRecordings) {
   }
 }
 
-/// The denoisers' default strength works with a recording that has lengths only.
+/// The denoisers' default strength works with a recording that contains only lengths.
 TEST(NoiseModel, DenoisersWorkOnSimulatedDepthsAlone) {
   const tests::TemporaryFolder folder;
   tests::write_text(folder.path() / "s.yaml",

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals of surfaces whose normals are known in closed form, and their way into a PCD file.
+// Normals of surfaces with known normals in closed form, and their output to a PCD file.
 #include "tests/program.hpp"
 
 #include <tofgraph/harness.hpp>
@@ -56,7 +56,7 @@ TEST(Normals, OfPlanesPointToTheCamera) {
 }
 
 TEST(Normals, OfASphereAreItsRadii) {
-  // The half of a sphere of 100 mm that the camera sees, centre at 1 m.
+  // The half of a sphere of 100 mm facing the camera, centre at 1 m.
   std::vector<float> points;
   std::vector<Vector> expected;
   for (std::size_t i = 0; i < pixels; ++i) {

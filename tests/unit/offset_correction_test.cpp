@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OffsetCorrection.EveryPublishedBoardComesToItsPlace
 // Rooms: calibration io plugins
-// The stage offset_correction with the calibration of the published boards. Distances are made here, from the paths of
-// light as the reference writes them: none of the shared formulas.
+// The stage offset_correction with the calibration of the published boards. Distances are computed here from the light
+// paths of the reference, using none of the shared formulas.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -49,7 +49,7 @@ struct Images {
   }
 };
 
-/// The stage after one frame.
+/// The stage after processing one frame.
 std::unique_ptr<Harness> corrected(const std::string& options, const Images& in, double time, bool amplitude = true) {
   auto stage = std::make_unique<Harness>("offset_correction calibration='" + calibration + "' " + options);
   stage->camera("camcube2");
@@ -80,7 +80,7 @@ TEST(OffsetCorrection, EveryPublishedBoardComesToItsPlace) {
 }
 
 /// Figure 6.6 and table 6.1 of the reference: the offset matrix of the white board at 500 mm, -7.77 mm, 0.09 mm over
-/// the pixels; here D(500) - D(507.66) as (6.5) says, written out.
+/// the pixels; here D(500) - D(507.66) according to (6.5), written out.
 TEST(OffsetCorrection, TheOffsetMatrixIsKeptWhereItIsAskedFor) {
   const auto boards = published_boards();
   const PublishedBoard& white = boards.front();
@@ -98,7 +98,7 @@ TEST(OffsetCorrection, TheOffsetMatrixIsKeptWhereItIsAskedFor) {
   EXPECT_NEAR(mean, -7.77e-3, 0.2e-3) << "the table's has another re-modelled path";
 }
 
-// Tables 6.2 to 6.13 print the spread of the depths; here it is put on the distances.
+// Tables 6.2 to 6.13 state the standard deviation of the depths; here it is applied to the distances.
 TEST(OffsetCorrection, MeansOfNoisyBoardsAreRightAndTheNoiseStaysAsItWas) {
   std::mt19937_64 random(3);
   double worst_mean = 0, worst_sd = 0;
@@ -128,7 +128,7 @@ TEST(OffsetCorrection, MeansOfNoisyBoardsAreRightAndTheNoiseStaysAsItWas) {
   EXPECT_LT(worst_sd, 0.02);
 }
 
-// All measured at 13 ms: what one matrix for one target cannot do.
+// All measured at 13 ms: impossible with one matrix for one target.
 TEST(OffsetCorrection, BoxesOfThreeReflectivitiesAreEachCorrected) {
   const auto boards = published_boards();
   const auto board = [&](const std::string& target, double distance) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Interpolation between boards against closed forms.
+// Interpolation between boards, compared with closed forms.
 #include <gtest/gtest.h>
 #include <tofgraph/physics/interpolation.hpp>
 #include <tofgraph/physics/non_linearity.hpp>
@@ -37,7 +37,7 @@ TEST(MonotoneCurve, RefusesPointsThatDoNotRise) {
   EXPECT_THROW(MonotoneCurve({}, {}), std::invalid_argument);
 }
 
-/// T of what was measured at z: linear in z, ln reflectivity and ln time.
+/// True value for a measurement at z: linear in z, ln reflectivity and ln time.
 double truth(double z, double reflectivity, double time) {
   return 1.01 * z + 5e-3 * std::log(reflectivity) - 3e-3 * std::log(time / 1e-3);
 }
@@ -58,11 +58,11 @@ std::vector<OffsetSample> grid(std::size_t every = 1) {
 }
 
 TEST(OffsetTable, AGridGivesWhatIsLinearExactly) {
-  // Distances differ between times and targets here, as measured depths do in truth: told by the labels alone.
+  // Distances differ between times and targets here, as real measurements do: boards are grouped by labels alone.
   std::vector<OffsetSample> samples = grid();
   for (OffsetSample& s : samples) {
     const double z = s.depth;
-    s.depth = s.distance;  // as if truth and measurement were exchanged: the distances of the boards are the same
+    s.depth = s.distance;  // truth and measurement exchanged: the distances of the boards are equal
     s.distance = z;
   }
   const OffsetTable table(samples);
@@ -89,7 +89,7 @@ TEST(OffsetTable, SaysWhatIsBeyondTheSamples) {
   EXPECT_TRUE(table.across(0.4, 2e-3).at(0.3).extrapolated);
   EXPECT_TRUE(table.across(4, 2e-3).at(0.3).extrapolated);
   EXPECT_TRUE(table.across(2, 12e-3).at(0.3).extrapolated);
-  // The error of the last board is held.
+  // The error of the last board is extrapolated as a constant.
   EXPECT_NEAR(table.across(5, 2e-3).at(0.3).depth - 5, table.across(4, 2e-3).at(0.3).depth - 4, 1e-12);
 }
 
@@ -109,7 +109,7 @@ TEST(OffsetTable, ScatteredSamplesAreMetExactlyAndNearInBetween) {
   for (int i = 0; i < 300; ++i) {
     const double z = 0.5 + 3 * any(random), time = 1e-3 * std::pow(8, any(random)),
                  rho = 0.1 * std::pow(8, any(random));
-    // A few boards in the same place at several times: neither grid nor sheet.
+    // A few boards at the same position at several times: neither grid nor sheet.
     samples.push_back({0, truth(z, rho, time), z, time, rho});
     if (i % 100 == 0) samples.push_back({0, truth(z, rho, time), z + 1e-4, time * 1.1, rho});
   }
@@ -123,7 +123,7 @@ TEST(OffsetTable, ScatteredSamplesAreMetExactlyAndNearInBetween) {
   }
 }
 
-/// The weighted errors of the eight nearest samples, found by comparing with all of them.
+/// The weighted errors of the eight nearest samples, found by an exhaustive search.
 double brute_force(const std::vector<OffsetSample>& samples, double z, double rho, double time) {
   const auto place_of = [](double depth, double reflectivity, double at) {
     return std::array{depth, std::log(reflectivity), std::log(at)};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The offset of chapter 6 of the reference against its own tables, 6.2 to 6.14: measured with a real CamCube 2.0,
-// published, and made with none of this code.
+// The offset of chapter 6 of the reference, compared with its tables 6.2 to 6.14, which were measured with a real
+// CamCube 2.0, published, and computed without this code.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +61,7 @@ TEST(OffsetTables, ThePrintedVariantGivesThePrintedRows) {
   }
 }
 
-// The right re-modelled path brings the board to its place, where the printed one leaves up to 0.4 mm.
+// The correct re-modelled path moves the board to its true position; the printed one leaves up to 0.4 mm.
 TEST(OffsetTables, TheGeometricVariantEndsAtTheTruth) {
   for (const calibration::Board& b : boards_of_the_tables(io::OffsetVariant::geometric).boards) {
     EXPECT_NEAR(b.final.mean, b.distance, 1e-9) << b.condition.id;
@@ -74,7 +74,7 @@ TEST(OffsetTables, TheRmseIsThatOfTable614) {
   for (const CsvRow& row : published_rows("thesis_optimal_integration_time.csv")) {
     const calibration::Board& b = board_of(boards, row);
     EXPECT_NEAR(b.condition.integration_time * 1e3, number(row, "optimal_integration_time_ms"), 1e-9);
-    // The dark sheets have pixels that the statistics of tables 6.2 to 6.13 do not show.
+    // The dark sheets have pixels that are not visible in the statistics of tables 6.2 to 6.13.
     const double printed = number(row, "rmse_min_mm");
     EXPECT_LT(b.rmse * 1e3, 1.03 * printed) << b.condition.id;
     if (number(row, "black_percent") > 25) continue;
@@ -82,8 +82,8 @@ TEST(OffsetTables, TheRmseIsThatOfTable614) {
   }
 }
 
-/// Normal noise of 5 and of 30 mm on a board: the printed statistics are those of normal values cut off at 20 mm, in
-/// closed form; that of the measured distance and those of the other variant are of all pixels.
+/// Normal noise of 5 and of 30 mm on a board: the printed statistics are those of normal values truncated at 20 mm, in
+/// closed form; those of the measured distance and of the other variant include all pixels.
 TEST(OffsetTables, ThePrintedVariantLeavesOutFarPixels) {
   const auto camera = io::load_profile(io::find_profile("camcube2", {}));
   io::Condition board;
@@ -111,7 +111,7 @@ TEST(OffsetTables, ThePrintedVariantLeavesOutFarPixels) {
   }
 }
 
-// Independent of this code: the same interpolation written in another language, 32.9 and 20.3 mm.
+// Reference from an independent implementation of the same interpolation in another language: 32.9 and 20.3 mm.
 TEST(OffsetTables, WhatIsLeftOutIsPredictedBetterThanNotCorrected) {
   const auto axes = calibration::hold_out(boards_of_the_tables(io::OffsetVariant::geometric));
   ASSERT_EQ(axes.size(), 3U);

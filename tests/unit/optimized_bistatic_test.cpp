@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OptimizedBistatic.BisectionIs*:OptimizedBistatic.InvertsFour*
 // Rooms: plugins
-// The optimized bistatic model against a bisection in double, written here once more from the equation.
+// The optimized bistatic model, compared with an independent bisection of the equation in double precision.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -32,7 +32,7 @@ const Sources ahead = {{"a", {0.01, 0.02, 1.5}, 1}, {"b", {-0.3, 0, 0.8}, 2}};  
 
 constexpr double focal = 12.8e-3, pitch = 40e-6;
 
-/// D of the point at this depth seen by the pixel, and D_ref for a depth, from the pinhole alone.
+/// D of the point at this depth seen by the pixel, and D_ref for a depth, from the pinhole model alone.
 struct Pixel {
   double x, y, cosine, sensor;  // sensor plane in metres; cos(theta); D_sen
 
@@ -66,8 +66,8 @@ struct Pixel {
 
 constexpr std::size_t pixels = 204 * 204;
 
-/// @param tolerance m, of the depth
-/// @param steep where a small step of D is a large step of z: the tolerance is that of the distance
+/// @param tolerance m, of the depth @param steep a small step of D is a large step of z: the tolerance applies to the
+/// distance
 void inverts(const Sources& sources, const std::string& line, double tolerance, bool steep = false) {
   const test::Camera camera = test::camcube2(sources);
   const std::string profile = test::profile_of(camera.view);
@@ -117,7 +117,7 @@ TEST(OptimizedBistatic, InvertsSourcesAheadOfTheCamera) { inverts(ahead, "optimi
 TEST(OptimizedBistatic, BisectionIsTheReference) { inverts(two, "optimized_bistatic solver=bisection", 0.3e-6); }
 
 TEST(OptimizedBistatic, GivesTheCalculatedBoard) {
-  // A board at 505.02 mm, 2.77 mm of noise on D: 505.01 mm mean, 2.68 mm deviation were calculated for it.
+  // A board at 505.02 mm, 2.77 mm of noise on D: the reference calculates 505.01 mm mean, 2.68 mm standard deviation.
   std::mt19937_64 generator(11);
   std::normal_distribution<double> noise(0, 2.77e-3);
   std::vector<float> distance(pixels);
@@ -160,9 +160,9 @@ TEST(OptimizedBistatic, NeverAWrongNumber) {
         ASSERT_EQ(std::isnan(depth[i]), std::isnan(sigma[i]));
         const double expected =
             std::isfinite(distance[i]) && distance[i] < 1e6F ? Pixel(i).depth(sources, distance[i]) : std::nan("");
-        if (distance[i] == 1e30F) continue;  // may be solved or refused
+        if (distance[i] == 1e30F) continue;  // may be solved or rejected
         const double least = Pixel(i).distance(sources, focal);
-        if (std::abs(distance[i] - least) < 1e-8) continue;  // the border itself, in single precision
+        if (std::abs(distance[i] - least) < 1e-8) continue;  // the limit itself, in single precision
         ASSERT_EQ(std::isnan(depth[i]), std::isnan(expected)) << solver << " D " << distance[i];
         if (std::isnan(expected)) continue;
         ASSERT_NEAR(depth[i], expected, 2e-6 + 1.2e-7 * distance[i]) << solver << " D " << distance[i];
@@ -195,7 +195,7 @@ TEST(OptimizedBistatic, SigmaFollowsTheSlope) {
 
 TEST(OptimizedBistatic, KeepsFlagsAndMarksPixelsOutsideTheLens) {
   test::Camera camera = test::camcube2();
-  camera.view.distortion[0] = -3;  // nothing beyond 71 px from the centre
+  camera.view.distortion[0] = -3;  // no rays beyond 71 px from the centre
   Harness stage("optimized_bistatic");
   stage.camera(test::profile_of(camera.view));
   std::vector<std::uint16_t> flags(pixels);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Turned and mirrored images against OpenCV, the turned camera against the scene that it sees.
+// Rotated and mirrored images, compared with OpenCV; the rotated camera, compared with the scene that it sees.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 #include <tofgraph/physics/lens.hpp>
@@ -19,8 +19,8 @@ namespace {
 
 struct Case {
   std::string settings;
-  std::optional<int> flip;    ///< OpenCV's code
-  std::optional<int> rotate;  ///< OpenCV's code
+  std::optional<int> flip;    ///< OpenCV flip code
+  std::optional<int> rotate;  ///< OpenCV rotate code
 };
 const std::vector<Case> cases = {{"turn=90", {}, cv::ROTATE_90_CLOCKWISE},
                                  {"turn=180", {}, cv::ROTATE_180},
@@ -29,7 +29,7 @@ const std::vector<Case> cases = {{"turn=90", {}, cv::ROTATE_90_CLOCKWISE},
                                  {"mirror=top_bottom", 0, {}},
                                  {"mirror=left_right turn=90", 1, cv::ROTATE_90_CLOCKWISE}};
 
-/// A camera of 12 x 8 px in which nothing is symmetric.
+/// A camera of 12 x 8 px without any symmetry.
 struct Lopsided : test::Camera {
   Lopsided()
       : test::Camera(12, 8, 12.8e-3, 900e-6, {{"left", {-0.05, 0.01, 0}, 1}, {"right", {0.07, 0.02, 0.003}, 0.7}}) {
@@ -75,8 +75,8 @@ TEST(Orient, ImagesAreThoseOfOpenCv) {
   }
 }
 
-/// Rays and sources keep their places in the scene, in the new axes. The rays that follow from the turned
-/// lens are those that were turned.
+/// Rays and sources keep their positions in the scene, in the new axes. The rays computed from the rotated lens equal
+/// the rotated rays.
 TEST(Orient, TheCameraSeesTheSameScene) {
   const Lopsided camera;
   std::vector<float> index(96);
@@ -95,7 +95,7 @@ TEST(Orient, TheCameraSeesTheSameScene) {
       const float* before = &camera.rays[3 * (static_cast<std::size_t>(pixels[i]) - 1)];
       for (std::size_t k = 0; k < 3; ++k) ASSERT_NEAR(out.rays[3 * i + k], rays[3 * i + k], 2e-7) << one.settings;
       ASSERT_NEAR(out.rays[3 * i + 2], before[2], 1e-7);
-      for (std::size_t s = 0; s < 2; ++s) {  // angles between ray and source are kept
+      for (std::size_t s = 0; s < 2; ++s) {  // angles between ray and source are preserved
         const tofgraph_light& old = camera.lights[s];
         const double now = out.rays[3 * i] * lights[s].position[0] + out.rays[3 * i + 1] * lights[s].position[1];
         const double then = before[0] * old.position[0] + before[1] * old.position[1];
@@ -113,7 +113,7 @@ TEST(Orient, PointsFollowAndTheProfileMayBeKept) {
   stage.camera(test::profile_of(camera.view));
   stage.put<float>("points", {8, 12, 3}, points);
   stage.run();
-  const auto turned = stage.get<float>("points");  // the pixel at row 7, column 0 comes to the top left
+  const auto turned = stage.get<float>("points");  // the pixel at row 7, column 0 moves to the top left
   EXPECT_EQ(turned[0], -points[3 * 84 + 1]);
   EXPECT_EQ(turned[1], points[3 * 84]);
   EXPECT_EQ(turned[2], points[3 * 84 + 2]);

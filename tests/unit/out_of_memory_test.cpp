@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: OutOfMemory.*
 // Rooms: graph io
-// Memory that runs out while frames flow, in the threads of source and stages: the run ends in order, with an error,
-// and the next one works.
+// Memory exhaustion while frames flow, in the threads of source and stages: the run ends cleanly, with an error, and
+// the next one works.
 #include <gtest/gtest.h>
 #include <tofgraph/pipeline.hpp>
 
@@ -20,11 +20,11 @@
 
 namespace {
 constexpr long none = 1L << 60U;
-std::atomic<long> calls{0}, first{none}, end{none};  ///< calls from `first` on and before `end` fail
+std::atomic<long> calls{0}, first{none}, end{none};  ///< calls in [first, end) fail
 std::atomic<long> failed{0};
 
-/// The thread that calls the run can be thrown to, and begins and ends with JSON, whose destructor in nlohmann's
-/// library asks for memory itself.
+/// Set in the thread that starts the run, which can handle exceptions and starts and ends with JSON, whose destructor
+/// in nlohmann's library itself allocates memory.
 thread_local bool spared = false;
 
 bool fails() {
@@ -37,7 +37,7 @@ bool fails() {
 }  // namespace
 
 #ifndef TOFGRAPH_OTHER_MALLOC
-// The C++ library's operator delete frees what malloc gave.
+// The C++ library's operator delete frees memory from malloc.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   void* memory = fails() ? nullptr : std::malloc(size != 0 ? size : 1);
   if (memory == nullptr) throw std::bad_alloc();
@@ -57,7 +57,7 @@ namespace {
 
 constexpr std::uint64_t frames = 12;
 
-/// A run in which memory fails once the second frame has come. @returns the error; empty: it went well
+/// A run in which allocations fail after the second frame has arrived. @returns the error; empty: success
 std::string run_with(long allocations, long number, const std::filesystem::path& capture) {
   Pipeline pipeline("ramp frames=" + std::to_string(frames) +
                     " ! make_depth ! capture_writer path=" + capture.string());
@@ -87,7 +87,7 @@ bool can_be_read(const std::filesystem::path& capture) {
 }
 
 /// Fails after 0, 1, 2 ... further allocations, later in larger steps, until a run has no more of them. @param number
-/// of calls that fail then
+/// of consecutive calls that fail
 void fail_everywhere(long number) {
 #ifdef TOFGRAPH_OTHER_MALLOC
   GTEST_SKIP() << "the sanitizer has its own operator new";
@@ -116,7 +116,7 @@ void fail_everywhere(long number) {
 
 TEST(OutOfMemory, OnceInAThreadOfTheRun) { fail_everywhere(1); }
 
-// Not run by default: now and then a run still aborts where several allocations in a row fail.
+// Not run by default: occasionally a run still aborts when several allocations in a row fail.
 TEST(OutOfMemory, DISABLED_ForAWhileInThreadsOfTheRun) { fail_everywhere(20); }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files appear whole or not at all; names of a series.
+// Files are written completely or not at all; names of a series.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ TEST(OutputFiles, ComeTogetherOrNotAtAll) {
   files.commit();
   EXPECT_EQ(read_text(model), "new model");
   EXPECT_EQ(listing(folder.path()), std::vector<std::string>{"model.yaml"});
-  // What cannot get its name leaves what is stale.
+  // If a file cannot get its name, stale files are kept.
   write_text(maps, "old maps");
   fs::create_directories(folder.path() / "report.html" / "in the way");
   files.drop(maps);

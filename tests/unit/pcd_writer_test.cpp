@@ -18,14 +18,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bits of a float, so that NaN can be compared and nothing is rounded.
+/// Bits of a float, for comparing NaN and for exact comparison.
 std::vector<std::uint32_t> bits(const std::vector<float>& values) {
   std::vector<std::uint32_t> result;
   for (const float value : values) result.push_back(std::bit_cast<std::uint32_t>(value));
   return result;
 }
 
-/// A cloud as PCL reads it.
+/// A cloud as read by PCL.
 struct Cloud {
   pcl::PCLPointCloud2 data;
   Eigen::Vector4f origin;
@@ -53,7 +53,7 @@ struct Cloud {
 
 constexpr std::uint64_t height = 3, width = 4, pixels = height * width;
 
-/// Points with awkward values: odd fractions, the smallest and greatest floats, one invalid in the middle.
+/// Points with difficult values: odd fractions, the smallest and largest floats, one invalid in the middle.
 struct Scene {
   std::vector<float> points, amplitude, intensity, sigma;
   std::vector<std::uint16_t> flags;
@@ -70,7 +70,7 @@ struct Scene {
       flags.push_back(static_cast<std::uint16_t>(i * 5041));
     }
     points[0] = std::numeric_limits<float>::denorm_min();
-    points[4] = 999999.94F;  // as large as a coordinate in the optical frame may be
+    points[4] = 999999.94F;  // the largest valid coordinate in the optical frame
     points[7] = -0.0F;
     for (std::size_t k = 0; k < 3; ++k) points[3 * invalid + k] = std::numeric_limits<float>::quiet_NaN();
     sigma[invalid] = std::numeric_limits<float>::quiet_NaN();

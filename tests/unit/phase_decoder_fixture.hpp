@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Samples of known distances with any exposures, what a stage decodes of them, and least squares by QR.
+/// @file Samples of known distances with arbitrary exposures, results of decoding them, and least squares by QR.
 #pragma once
 
 #include <tofgraph/harness.hpp>
@@ -51,7 +51,7 @@ template <class T = float> std::vector<T> samples_of(const Steps& steps, const S
   return samples;
 }
 
-/// Rows of an image that has so many pixels.
+/// Number of rows of an image with this number of pixels.
 inline std::size_t rows_of(std::size_t pixels) {
   std::size_t rows = 1;
   while (pixels / rows > 16000 || pixels % rows != 0) ++rows;
@@ -96,7 +96,7 @@ inline std::vector<double> ramp(double from, double to, std::size_t count) {
   return all;
 }
 
-/// Least squares by QR of another library, in double: x, y, offset.
+/// Least squares by QR of an independent library, in double: x, y, offset.
 inline Eigen::Vector3d min_squares(const Steps& steps, const std::vector<double>& c) {
   Eigen::MatrixXd design(static_cast<Eigen::Index>(steps.size()), 3);
   Eigen::VectorXd right(design.rows());

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The deviation of a distance is that of the noise, and what noise does not explain is flagged.
+// The standard deviation of a distance is that of the noise, and deviations not explained by noise are flagged.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 
@@ -12,7 +12,7 @@ using namespace test;
 
 namespace {
 
-/// The noise of one distance, again and again.
+/// Repeated noisy samples of one distance.
 void expect_sigma(const Steps& steps, double distance, double noise) {
   const Scene scene{.distances = std::vector<double>(40000, distance), .noise = noise, .seed = 7};
   const Decoded decoded = decode("phase_decoder", steps, samples_of(steps, scene), noise / std::sqrt(2.0));
@@ -37,7 +37,7 @@ TEST(PhaseDecoder, SigmaIsTheNoise) {
     expect_sigma({{0, 20e6}, {80 * deg, 20e6}, {210 * deg, 20e6}}, distance, 10);
 }
 
-/// Taps with shot noise, and frequencies of which each is seen with another contrast.
+/// Taps with shot noise, and frequencies with a different contrast each.
 TEST(PhaseDecoder, SigmaIsTheNoiseOfTaps) {
   const Steps steps = three_at(nine_images);
   const double amplitudes[] = {900, 1300, 400}, distance = 9.87, mean = 4000, read = 4, acquisition = 0.3;

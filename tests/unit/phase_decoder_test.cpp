@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Any exposures: distance and amplitude against known ones and against QR in double; what cannot be decoded.
+// Arbitrary exposures: distance and amplitude, compared with known ones and with QR in double; undecodable input.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 
@@ -13,7 +13,7 @@ using namespace test;
 
 namespace {
 
-/// The deviation of the distance by the covariance of the same fit, and the gradient of the angle.
+/// Standard deviation of the distance from the covariance of the same fit and the gradient of the angle.
 double sigma_of(const Steps& steps, const Eigen::Vector3d& fit, double noise) {
   Eigen::MatrixXd design(static_cast<Eigen::Index>(steps.size()), 3);
   for (Eigen::Index k = 0; k < design.rows(); ++k) {
@@ -124,7 +124,7 @@ TEST(PhaseDecoder, WhatIsNoNumberIsInvalid) {
   }
 }
 
-/// The four images in any order, either sign, exchanged taps: right as soon as the exposures say so.
+/// The four images in any order, either sign, exchanged taps: correct as soon as the exposures are declared correctly.
 TEST(FourPhaseDecoder, TakesAnyOrderOfItsSteps) {
   const Scene scene{.distances = ramp(0.05, 7.4, 500)};
   const std::vector<std::vector<double>> orders = {{0, 90, 180, 270}, {0, 270, 180, 90}, {180, 270, 0, 90},

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Wraps of several frequencies: against an exhaustive search in double and the closed form of wrong wraps.
+// Wraps of several frequencies, compared with an exhaustive search in double and the closed form of wrong wraps.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 
@@ -12,7 +12,7 @@ using namespace test;
 
 namespace {
 
-/// Every combination of wraps, in double: chi-square of the best for each distance that it stands for.
+/// Every combination of wraps, in double: the lowest chi-square for each distance that it implies.
 struct Exhaustive {
   double distance = 0, confidence = 0;
 };
@@ -83,7 +83,7 @@ TEST(PhaseDecoder, ChoosesTheWrapsOfAnExhaustiveSearchAndFlagsWhereTheyAreUncert
     if (best.confidence > 0.6) {
       ASSERT_NEAR(decoded.distance[i], best.distance, 1e-3) << scene.distances[i];
     }
-    // Near the limit the two differ by the phases' rounding.
+    // Near the limit the two differ by the rounding of the phases.
     if (best.confidence > 0.9993) {
       EXPECT_FALSE(is_flagged) << scene.distances[i] << " m: " << best.confidence;
     }
@@ -99,8 +99,8 @@ TEST(PhaseDecoder, ChoosesTheWrapsOfAnExhaustiveSearchAndFlagsWhereTheyAreUncert
 }
 
 /// Jongenelen, Bailey, Payne, Dorrington, Carnegie, Analysis of errors in ToF range imaging with dual-frequency
-/// modulation (IEEE Trans. Instrum. Meas. 2011): of two frequencies m g and n g with m and n coprime, the wraps are
-/// wrong where the difference of the two distances is off by more than half of c / (2 g m n).
+/// modulation (IEEE Trans. Instrum. Meas. 2011): for two frequencies m g and n g with coprime m and n, the wraps are
+/// wrong if the difference of the two distances is off by more than half of c / (2 g m n).
 TEST(PhaseDecoder, TwoFrequenciesAreWrongAsOftenAsTheClosedFormSays) {
   const std::vector<double> frequencies = {80e6, 70e6};  // 8 and 7 times 10 MHz
   const Steps steps = three_at(frequencies, 4);
@@ -116,7 +116,7 @@ TEST(PhaseDecoder, TwoFrequenciesAreWrongAsOftenAsTheClosedFormSays) {
   double wrong = 0;
   for (const float d : decoded.distance) wrong += std::abs(d - 6.5) > 0.5 ? 1 : 0;
   const double share = wrong / 200000;
-  // Five standard deviations of the count, and 6 %: the phase of a noisy phasor is not quite normal.
+  // Five standard deviations of the count, plus 6 %: the phase of a noisy phasor is not exactly normal.
   EXPECT_NEAR(share, expected, 5 * std::sqrt(expected / 200000) + 0.06 * expected);
 }
 
@@ -160,7 +160,7 @@ TEST(PhaseDecoder, ABiasOfThePhasesIsAllowedFor) {
   EXPECT_EQ(inconsistent, pixels) << "without the allowance every pixel disagrees";
 }
 
-/// 33.3333 MHz is not an exact third of 100 MHz; nor do the two repeat before they are a hertz apart.
+/// 33.3333 MHz is not an exact third of 100 MHz: frequencies are multiples up to their rounding.
 TEST(PhaseDecoder, FrequenciesAreMultiplesAsTheyAreRounded) {
   for (const auto& frequencies : {std::vector<double>{100e6, 33.3333e6}, {80e6, 26.66665e6}, {60e6, 40.00002e6}}) {
     const Steps steps = three_at(frequencies);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The shared formulas against published tables, closed forms and other libraries.
+// The shared formulas, compared with published tables, closed forms and other libraries.
 #include "tests/unit/cameras.hpp"
 #include "tests/unit/thesis_table.hpp"
 
@@ -58,7 +58,7 @@ TEST(Lens, UndistortIsTheInverseOverTheWholeSensor) {
   }
 }
 
-/// A wide lens as cameras' drivers state it: rational, with a thin prism.
+/// A wide lens as specified by camera drivers: rational, with thin-prism terms.
 void make_wide(test::Camera& camera) {
   const double distortion[5] = {0.5, -0.2, 1e-3, -2e-3, 0.01}, further[7] = {0.83, -0.1, 0.02, 3e-3, -1e-3, 2e-3, 5e-4};
   std::ranges::copy(distortion, camera.view.distortion);
@@ -94,12 +94,12 @@ TEST(Lens, RationalWithAThinPrismDistortsAsOpenCvProjects) {
 TEST(Lens, RationalEndsWhereItTurnsAndWhereItsDenominatorIsZero) {
   test::Camera camera = test::camcube2();
   camera.view.distortion[0] = -0.3;
-  camera.view.further_distortion[0] = 1e-9;  // all but the polynomial, which turns at r = 1/sqrt(0.9)
+  camera.view.further_distortion[0] = 1e-9;  // nearly the polynomial, which turns at r = 1/sqrt(0.9)
   const Lens barrel(camera.view);
   EXPECT_NEAR(barrel.undistort({2.0 / 3 / std::sqrt(0.9) - 1e-6, 0})->x, 1 / std::sqrt(0.9), 2e-3);
   EXPECT_FALSE(barrel.undistort({2.0 / 3 / std::sqrt(0.9) + 1e-6, 0}));
   camera.view.distortion[0] = 0;
-  camera.view.further_distortion[0] = -0.25;  // r / (1 - r^2 / 4) has no end before r = 2
+  camera.view.further_distortion[0] = -0.25;  // r / (1 - r^2 / 4) is monotonic up to r = 2
   const Lens pole(camera.view);
   EXPECT_NEAR(pole.undistort({1.9 / (1 - 0.25 * 1.9 * 1.9), 0})->x, 1.9, 1e-9);
   EXPECT_FALSE(pole.invertible_at({2.001, 0}));
@@ -118,7 +118,7 @@ TEST(Rays, OfSkewAxesAreThoseOfTheirMatrix) {
     for (std::size_t u = 0; u < 204; u += 29) {
       const float* ray = camera.ray(v, u);
       ASSERT_GT(ray[2], 0);
-      // projectPoints takes no skew: the distorted point by it, the pixel by the matrix.
+      // projectPoints supports no skew: it gives the distorted point, the matrix gives the pixel.
       std::vector<cv::Point2d> distorted;
       cv::projectPoints(std::vector<cv::Point3d>{{ray[0] / ray[2], ray[1] / ray[2], 1}}, cv::Vec3d(), cv::Vec3d(),
                         cv::Mat::eye(3, 3, CV_64F), coefficients, distorted);
@@ -138,7 +138,7 @@ TEST(Lens, NothingBeyondTheTurningPoint) {
   EXPECT_FALSE(lens.undistort({farthest + 1e-6, 0}));
   EXPECT_FALSE(lens.undistort({0, -3}));
   EXPECT_FALSE(lens.undistort({not_a_number, 0}));
-  const double folding[5] = {-0.9, 0.3, 0, 0, -0.01};  // turns, comes back, turns again
+  const double folding[5] = {-0.9, 0.3, 0, 0, -0.01};  // turns, increases again, turns again
   const Lens fold(folding);
   for (double r = 0.05; r < 3; r += 0.05) {
     const auto p = fold.undistort({r, 0});
@@ -274,7 +274,7 @@ TEST(Constants, OfTheCamCube) {
   EXPECT_NEAR(metres_per_radian(20e6) * two_pi, unambiguous_range(20e6), 1e-12);
 }
 
-TEST(Random, GivesThePublishedWords) {  // the known answers that come with the authors' own library
+TEST(Random, GivesThePublishedWords) {  // the test vectors that come with the authors' own library
   EXPECT_EQ(philox({0, 0, 0, 0}, {0, 0}), (RandomWords{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   constexpr std::uint32_t ones = 0xffffffff;
   EXPECT_EQ(philox({ones, ones, ones, ones}, {ones, ones}),

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Pixels unlike their neighbours: what is rejected, and how often a good pixel is.
+// Pixels unlike their neighbours: which are rejected, and the false positive rate.
 #include "calibration/pixel_outliers.hpp"
 
 #include <tofgraph/physics/to_integer.hpp>
@@ -70,10 +70,10 @@ TEST(PixelOutliers, GoodPixelsAreKept) {
 TEST(PixelOutliers, EachReasonIsCountedOnce) {
   Target target(1);
   target.amplitude[205] = 3;
-  target.amplitude[305] = nan;  // not known: kept
+  target.amplitude[305] = nan;  // unknown: kept
   target.variance[5000] *= 400;
   target.residual[7050] += 0.5;
-  target.residual[7070] += 7.5 - 0.02;  // the same but for one wrap: within the noise
+  target.residual[7070] += 7.5 - 0.02;  // equal up to one wrap: within the noise
   target.residual[0] -= 0.4;            // in the corner
   UnusablePixels counts;
   const std::vector<std::uint8_t> keep = keep_like_neighbours(target.view(), counts);
@@ -104,7 +104,7 @@ TEST(PixelOutliers, AThirdOfThePixelsMayBeDead) {
 }
 
 TEST(PixelOutliers, TheQuantileIsThatOfChiSquare) {
-  // The approximation of Wilson and Hilferty: tail probabilities are right to a fifth, here by simulation.
+  // Wilson-Hilferty approximation: tail probabilities are accurate to 20 %, verified by simulation.
   std::mt19937_64 random(9);
   for (const double freedom : {4.0, 30.0}) {
     std::chi_squared_distribution<double> chi(freedom);

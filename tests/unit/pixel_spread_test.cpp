@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Laws of the pixels' spread, found in standard deviations that were computed in closed form or drawn.
+// Laws of the pixels' spread, recovered from standard deviations that were computed in closed form or drawn at random.
 #include "diagnosis/search/pixel_spread.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr double metres_per_radian = 299792458.0 / (4 * M_PI * 20e6);
 const SpreadNoise profile{3, 0.012, 0.5, metres_per_radian};
 
-/// Three targets at fourteen distances, two times each, as a camera of 1500 counts m^2/ms sees them.
+/// Three targets at fourteen distances with two times each, seen by a camera of 1500 counts m^2/ms.
 std::vector<SpreadRow> boards() {
   std::vector<SpreadRow> rows;
   for (const double reflectivity : {0.85, 0.3, 0.08}) {
@@ -36,7 +36,7 @@ std::vector<SpreadRow> boards() {
   return rows;
 }
 
-/// Standard deviations of a law, with the error that one of `pixels` values has.
+/// Standard deviations of a law, with the estimation error for `pixels` values.
 template <class Law> std::vector<SpreadRow> with_law(Law law, double pixels, std::uint64_t seed = 1) {
   std::vector<SpreadRow> rows = boards();
   std::mt19937_64 random(seed);
@@ -73,7 +73,7 @@ TEST(PixelSpread, FindsAPatternBesideCrosstalkAndTheLightOfEachTarget) {
   const auto truth = [](const SpreadRow& row) { return std::hypot(4e-3, inside(row, 200)); };
   std::vector<SpreadRow> rows = with_law(truth, 600);
   for (SpreadRow& row : rows) {
-    if (row.target.starts_with("0.08")) row.amplitude *= 2;  // a reflectivity that was taken wrongly
+    if (row.target.starts_with("0.08")) row.amplitude *= 2;  // a wrongly assumed reflectivity
   }
   const auto found = fit_spread(rows, profile);
   ASSERT_TRUE(found);
@@ -81,7 +81,7 @@ TEST(PixelSpread, FindsAPatternBesideCrosstalkAndTheLightOfEachTarget) {
   const double rate = value_of(*found, SpreadLaw::inside);
   EXPECT_EQ(found->terms.size(), 2U);
   for (const auto& [target, light] : found->light) {
-    const double wrong = target.starts_with("0.08") ? 2 : 1;  // the rate and all lights have one factor in common
+    const double wrong = target.starts_with("0.08") ? 2 : 1;  // the rate and all lights share one unknown factor
     EXPECT_NEAR(rate / light, 200 * wrong, 0.15 * 200 * wrong) << target;
   }
   EXPECT_GT(found->held_out_within, 0.95);
@@ -104,7 +104,7 @@ TEST(PixelSpread, FindsNoiseOfFramesThatIsGreaterThanTheProfile) {
   EXPECT_EQ(value_of(*without, SpreadLaw::temporal_noise), 0) << "a profile without noise has no law of it";
 }
 
-/// Normal values that are cut off at 20 mm, drawn: the law of what is left of them is that of the whole.
+/// Random normal values truncated at 20 mm: the law found from them is that of the full distribution.
 TEST(PixelSpread, KnowsThatFarPixelsWereLeftOut) {
   std::vector<SpreadRow> rows = boards();
   std::mt19937_64 random(7);

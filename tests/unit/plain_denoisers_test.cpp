@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// median, flying_pixels and temporal_kalman: against sorting, the box scene's own edges and closed forms.
+// median, flying_pixels and temporal_kalman, compared with sorting, the true edges of the box scene and closed forms.
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
 
@@ -40,8 +40,8 @@ TEST(Median, IsTheMiddleOfTheSortedValidPixels) {
   }
 }
 
-/// The variance of the middle of n (odd) standard normal values, by its density
-/// n! / ((n-1)/2)!^2 (F (1 - F))^((n-1)/2) f integrated over their range.
+/// Variance of the median of n (odd) standard normal values: its density n! / ((n-1)/2)!^2 (F (1 - F))^((n-1)/2) f
+/// integrated over their range.
 double variance_of_median(std::size_t n) {
   const double half = static_cast<double>(n / 2), step = 1e-3;
   const double factor = std::tgamma(static_cast<double>(n) + 1) / std::pow(std::tgamma(half + 1), 2);
@@ -53,7 +53,7 @@ double variance_of_median(std::size_t n) {
   return variance;
 }
 
-/// The text of the stage promises 2 % of the variance between one and many.
+/// The stage's documentation states an accuracy of 2 % of the variance, from one value to many.
 TEST(Median, SigmaIsThatOfTheMedianOfNormalValues) {
   for (const std::size_t n : {1, 3, 5, 7, 9}) {
     std::vector<float> depth(9, NAN);
@@ -101,8 +101,8 @@ TEST(FlyingPixels, MarksThoseThatMixTheTwoSidesOfAnEdgeAndNoOthers) {
   }
 }
 
-/// Without sigma the limit follows from the frame's own noise; the fixed threshold alone marks many pixels of a noisy
-/// image.
+/// Without sigma the limit follows from the noise of the frame itself; the fixed threshold alone marks many pixels of a
+/// noisy image.
 TEST(FlyingPixels, TakesTheNoiseFromTheFrameWhereSigmaIsMissing) {
   Image depth = test::box_scene(size, 0).depth;
   std::vector<bool> mixed(depth.values.size());
@@ -142,7 +142,7 @@ TEST(FlyingPixels, TakesTheNoiseFromTheFrameWhereSigmaIsMissing) {
   EXPECT_NEAR(static_cast<double>(own.first), static_cast<double>(known.first), 0.05 * static_cast<double>(all));
 }
 
-/// Walls of boxes are seen under 80.1 degrees and less from their normal: surfaces, if steep ones.
+/// Walls of boxes are seen at up to 80.1 degrees from their normal: they are surfaces, though steep.
 TEST(FlyingPixels, LeavesSteepSurfacesAlone) {
   Image depth(size, size);
   for (std::ptrdiff_t r = 0; r < depth.rows; ++r)
@@ -168,7 +168,7 @@ std::vector<float> kalman(const std::string& line, const std::vector<float>& mea
   return filtered;
 }
 
-/// Without process noise the filter is the mean of all frames, its deviation sigma / sqrt(n).
+/// Without process noise the filter is the mean of all frames, with the standard deviation sigma / sqrt(n).
 TEST(TemporalKalman, IsTheMeanOfWhatStandsStill) {
   Image values(1, 100);
   test::add_noise(values, 0.005, 4);
@@ -183,7 +183,7 @@ TEST(TemporalKalman, IsTheMeanOfWhatStandsStill) {
   }
 }
 
-/// With it, the deviation settles where q + P - (q + P)^2 / (q + P + r) = P: P = q (sqrt(1 + 4 r / q) - 1) / 2.
+/// With it, the standard deviation converges to q + P - (q + P)^2 / (q + P + r) = P: P = q (sqrt(1 + 4 r / q) - 1) / 2.
 TEST(TemporalKalman, SettlesAtTheRiccatiEquationsSolution) {
   std::vector<float> sigma;
   kalman("temporal_kalman measurement_noise='5 mm' process_noise='1 mm'", std::vector<float>(200, 1.0F), &sigma);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Settings in the wrong unit, lengths in the wrong unit, clocks that cannot be.
+// Settings in the wrong unit, lengths in the wrong unit, impossible clocks.
 #include "io/plausibility.hpp"
 
 #include <gmock/gmock.h>
@@ -87,7 +87,7 @@ TEST(Clock, ThatRunsBackStandsStillOrIsTooFastIsDoubted) {
                                 HasSubstr("1000000000 ns at frame 1"))));
   EXPECT_THAT(clock_doubts(frames({s, 3 * s, 2 * s, 4 * s}), nullptr), ElementsAre(HasSubstr("at frame 2")));
   EXPECT_THAT(clock_doubts(frames({s, s, s}), &camera()), ElementsAre(HasSubstr("stands still")));
-  // 10 frames a second in microseconds for nanoseconds.
+  // 10 frames per second, in microseconds instead of nanoseconds.
   EXPECT_THAT(
       clock_doubts(frames({5'000'000, 5'100'000, 5'200'000}), &camera()),
       ElementsAre(AllOf(HasSubstr("100 us between frames"), HasSubstr("exposed for 1 ms"), HasSubstr("in us"))));

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: PmdRawReader.HashesA*
 // Rooms: graph cli
-// Dumps are written here byte by byte, from the layout alone.
+// Dumps are written here byte by byte, from the documented layout alone.
 #include "tests/program.hpp"
 
 #include <tofgraph/harness.hpp>
@@ -104,7 +104,7 @@ TEST(PmdRawReader, ReadsTheWholeFramesAndReportsTheRest) {
 TEST(PmdRawReader, HashesALongDumpAsWell) {
   const tests::TemporaryFolder folder;
   tests::write_text(folder.path() / "long.raw", dump(1, {3, 2, 1, 0}, 0));
-  std::filesystem::resize_file(folder.path() / "long.raw", 500 * 667904);  // 334 MB, most of it a hole
+  std::filesystem::resize_file(folder.path() / "long.raw", 500 * 667904);  // 334 MB, mostly a sparse hole
   const tests::Outcome told =
       tests::shell("\"$TOFGRAPH\" explain 'pmd_raw_reader file=long.raw ! null' --camera camcube2", folder.path());
   EXPECT_EQ(told.exit_code, 0) << told.err;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Points against the pinhole's own geometry.
+// Points, compared with pinhole geometry.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -16,11 +16,11 @@ using namespace tofgraph;
 namespace {
 
 constexpr double focal = 12.8e-3, pitch = 40e-6;
-constexpr std::size_t width = 21, height = 13, pixels = width * height;  // no whole number of vectors
+constexpr std::size_t width = 21, height = 13, pixels = width * height;  // no multiple of the vector length
 
 test::Camera small_camera() { return {width, height, focal, pitch, {{"lamp", {0, 0, 0}, 1}}}; }
 
-/// A perpendicular board in the optical frame: the point of the pixel at this z.
+/// A perpendicular board in the optical frame: the pixel's point at this z.
 struct Point {
   double x, y, z;
   Point(std::size_t i, double from_lens)

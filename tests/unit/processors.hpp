@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Runs a test with the vector code of every processor generation that this machine can run.
+/// @file Runs a test with the vector code of every instruction set that this machine supports.
 #pragma once
 
 #include <hwy/highway.h>
@@ -10,7 +10,7 @@
 
 namespace test {
 
-/// Calls check(name of the instruction set) with each of them chosen.
+/// Calls check(name of the instruction set) with each instruction set selected.
 template <class Check> void on_each_processor(Check&& check) {
   for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);

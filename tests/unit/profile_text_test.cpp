@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The profile of a camera that a stage changed: its text reads as that camera, not as the one before.
+// The profile of a camera modified by a stage: its text describes that camera, not the original one.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -44,7 +44,7 @@ class ProfileText : public testing::Test {
  protected:
   TemporaryFolder folder;
 
-  /// Reads the camera behind a stage again from its text.
+  /// Reads the output camera of a stage back from its text.
   void expect_round_trip(const std::string& line, const std::string& camera) const {
     SCOPED_TRACE(line);
     Harness stage(line);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every camera profile that is shipped, against the published numbers.
+// Every shipped camera profile, compared with the published numbers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,14 +18,14 @@ const fs::path folder = fs::path(TOFGRAPH_SOURCE_DIR) / "devices" / "profiles";
 
 io::CameraPtr load(const std::string& name) { return io::load_profile(folder / (name + ".yaml")); }
 
-/// Width and height in px, frames/s, field of view in degrees, as the makers publish them; NaN: they do not.
+/// Width and height in px, frames/s, field of view in degrees, as published by the manufacturers; NaN: unpublished.
 struct Published {
   std::uint32_t width, height;
   double frame_rate, view_x, view_y;
 };
 const double unknown = std::nan("");
 const std::map<std::string, Published> published = {
-    {"camcube2", {204, 204, 80, unknown, unknown}},  // 40 deg does not agree with its 12.8 mm and 40 um
+    {"camcube2", {204, 204, 80, unknown, unknown}},  // the published 40 deg contradicts its 12.8 mm and 40 um
     {"camcube2_calibrated", {204, 204, 80, unknown, unknown}},
     {"camcube2_measured", {204, 204, 80, unknown, unknown}},
     {"camcube3", {204, 204, unknown, unknown, unknown}},
@@ -63,7 +63,7 @@ TEST(Profiles, EveryOneThatIsShippedLoadsWithItsPublishedNumbers) {
       EXPECT_NEAR(view_in_degrees(camera.width, camera.focal_px[0]), known.view_x, 0.01);
       EXPECT_NEAR(view_in_degrees(camera.height, camera.focal_px[1]), known.view_y, 0.01);
     }
-    // All of the image lies within the lens model, and the middle looks along the axis.
+    // The whole image lies within the lens model, and the centre looks along the axis.
     const std::size_t pixels = std::size_t{camera.width} * camera.height;
     EXPECT_TRUE(std::all_of(camera.rays, camera.rays + 3 * pixels, [](float v) { return std::isfinite(v); }));
     EXPECT_GT(camera.rays[3 * (camera.height / 2 * camera.width + camera.width / 2) + 2], 0.99F);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The sigma that the distance models state against the spread of their depths, by Monte Carlo.
+// The sigma stated by the distance models, compared with the standard deviation of their depths, by Monte Carlo.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t size = 204, frames = 12;
 constexpr double noise = 0.004;  // m
 
-/// Stated sigma over the spread from frame to frame, root mean square, at a measured distance in m.
+/// Ratio of stated sigma to temporal standard deviation, root mean square, at a measured distance in m.
 double stated_over_real(const std::string& line, double distance) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0, noise);
@@ -42,7 +42,7 @@ double stated_over_real(const std::string& line, double distance) {
   return std::sqrt(stated / real);
 }
 
-/// Near the camera, where the sources 50 mm to each side turn a distance into less depth, and far from it.
+/// Near the camera, where sources 50 mm to each side reduce the change of depth per distance, and far from it.
 TEST(PropagatedSigma, IsTheSpreadOfTheDepth) {
   for (const char* model : {"perpendicular_illumination", "simple_bistatic", "optimized_bistatic"})
     for (const double distance : {0.25, 3.0})

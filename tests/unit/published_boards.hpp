@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The 84 boards of tables 6.2 to 6.13 of the reference, with the reflectivities that the calibration made from
-/// them assumes: 0.85 of the white sheet, 0.06 of the black one.
+/// @file The 84 boards of tables 6.2 to 6.13 of the reference, with the reflectivities assumed by the calibration made
+/// from them: 0.85 for the white sheet, 0.06 for the black one.
 #pragma once
 
 #include <cstdlib>
@@ -15,7 +15,7 @@ namespace tofgraph::tests {
 
 using CsvRow = std::map<std::string, std::string>;
 
-/// A table of tests/fixtures, by the names in its first line.
+/// A table of tests/fixtures, indexed by the names in its first line.
 inline std::vector<CsvRow> published_rows(const std::string& name) {
   std::ifstream file(TOFGRAPH_SOURCE_DIR "/tests/fixtures/" + name);
   std::string line, cell;
@@ -33,17 +33,17 @@ inline std::vector<CsvRow> published_rows(const std::string& name) {
   return rows;
 }
 
-/// The targets' names in the calibration: white, black_12.5, .., black_100.
+/// Target names in the calibration: white, black_12.5, .., black_100.
 inline std::string paper_of(const CsvRow& row) {
   const std::string& percent = row.at("black_percent");
   return percent == "0" ? "white" : "black_" + percent;
 }
 
-/// SI.
+/// SI units.
 struct PublishedBoard {
   std::string target;
   double distance, time, reflectivity;
-  double measured, deviation;  ///< mean depth after the non-linearity correction, and its spread
+  double measured, deviation;  ///< mean depth after the non-linearity correction, and its standard deviation
 };
 
 inline std::vector<PublishedBoard> published_boards() {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Captures made and looked at with HDF5's own interface, so that reader and writer are not tested against
-/// each other. Tests that include this include <hdf5.h> themselves.
+/// @file Captures written and read with HDF5's own interface, so that reader and writer are not tested against each
+/// other. Files that include this header include <hdf5.h> themselves.
 #pragma once
 
 #include <hdf5.h>
@@ -26,7 +26,7 @@ template <class T> hid_t hdf5_type() {
   if constexpr (std::is_same_v<T, std::uint64_t>) return H5T_NATIVE_UINT64;
 }
 
-/// A file that is written as the test wants it, right or wrong; closed at the end of its life.
+/// A capture file with arbitrary content, valid or not; closed by the destructor.
 class RawCapture {
  public:
   explicit RawCapture(const std::filesystem::path& path)
@@ -68,7 +68,7 @@ class RawCapture {
     return *this;
   }
 
-  /// format, version, camera, width, height and the group.
+  /// Writes format, version, camera, width, height and the group.
   RawCapture& head(std::int64_t width, std::int64_t height, std::int64_t version = 1,
                    const std::string& format = "tofgraph-capture", const std::string& camera = "test") {
     text("format", format).number("version", version).text("camera", camera);
@@ -80,7 +80,7 @@ class RawCapture {
     return *this;
   }
 
-  /// A dataset /frames/NAME; chunk empty: contiguous. No values: announced, never written.
+  /// Writes a dataset /frames/NAME; chunk empty: contiguous. No values: declared, never written.
   template <class T> RawCapture& dataset(const std::string& name, const std::vector<hsize_t>& size,
                                          const std::vector<T>& values, const std::vector<hsize_t>& chunk = {},
                                          const std::string& applied = {}) {
@@ -96,7 +96,7 @@ class RawCapture {
     return *this;
   }
 
-  /// The five arrays every capture has; all but the time stamp unknown unless given.
+  /// Writes the five arrays of every capture; all but the time stamp unknown unless given.
   RawCapture& metadata(std::size_t frames, double integration_time = std::nan(""), const std::string& without = {}) {
     const hsize_t n = frames;
     std::vector<std::int64_t> stamps(frames);
@@ -118,7 +118,7 @@ class RawCapture {
   hid_t file_, group_ = -1;
 };
 
-/// A whole dataset as HDF5 gives it.
+/// A whole dataset as returned by HDF5.
 template <class T> std::vector<T> raw_values(const std::filesystem::path& path, const std::string& name) {
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT),
               set = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
@@ -131,13 +131,13 @@ template <class T> std::vector<T> raw_values(const std::filesystem::path& path, 
   return values;
 }
 
-/// Provenance of a recording: known at its end, when it is already open to readers.
+/// Provenance of a recording, which is complete only at its end, when readers may already have opened the file.
 inline std::string provenance_in(const std::filesystem::path& path) {
   const std::vector<std::uint8_t> bytes = raw_values<std::uint8_t>(path, "/provenance");
   return {bytes.begin(), bytes.end()};
 }
 
-/// The text of an attribute of variable length, as h5py writes and reads it.
+/// Text of a variable-length attribute, as h5py writes and reads it.
 inline std::string raw_text(const std::filesystem::path& path, const std::string& object, const std::string& name) {
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (H5Aexists_by_name(file, object.c_str(), name.c_str(), H5P_DEFAULT) <= 0) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Scene files: what is read, and the conditions of a sequence. Mistakes: tests/fixtures/errors/scene_*.
+// Scene files: their content, and the conditions of a sequence. Errors: tests/fixtures/errors/scene_*.
 #include "simulation/files/scene_file.hpp"
 #include "tests/program.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Every shape against its own analytic intersection, worked out here in another way, to 1 um.
+// Every shape, compared with an independently derived analytic intersection, to 1 um.
 #include "simulation/scene.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/scene_worlds.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes against the analytic sphere, against every triangle tried one by one, and meshes that make no sense.
+// Meshes, compared with the analytic sphere and with a test of every single triangle; invalid meshes.
 #include "simulation/mesh_file.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/scene_worlds.hpp"
@@ -25,7 +25,7 @@ struct Triangulation {
   std::vector<std::array<unsigned, 3>> triangles;
 };
 
-/// A sphere about the origin, cut along meridians and parallels.
+/// A sphere about the origin, divided along meridians and parallels.
 Triangulation sphere(double radius, unsigned meridians, unsigned parallels) {
   Triangulation mesh;
   const auto add = [&](double latitude, double longitude) {
@@ -75,14 +75,14 @@ Vector3 vertex(const Triangulation& mesh, unsigned index) {
   return {v[0], v[1], v[2]};
 }
 
-/// Radius of the circle through a triangle's corners: a b c / (4 area).
+/// Circumradius of a triangle: a b c / (4 area).
 double circumradius(Vector3 a, Vector3 b, Vector3 c) {
   const double x = norm(a - b), y = norm(b - c), z = norm(c - a), s = (x + y + z) / 2;
   return x * y * z / (4 * std::sqrt(s * (s - x) * (s - y) * (s - z)));
 }
 
 TEST(Mesh, ASphereOfTrianglesIsTheSphereWithinTheHeightOfItsFacets) {
-  // A triangle with its corners on a sphere of radius r and a circumradius c comes as near as sqrt(r^2 - c^2) to the
+  // A triangle with its corners on a sphere of radius r and a circumradius c has the distance sqrt(r^2 - c^2) from the
   // centre. Here that is less than 20 um inside.
   const double radius = 0.3;
   const Triangulation mesh = sphere(radius, 400, 200);
@@ -108,7 +108,7 @@ TEST(Mesh, ASphereOfTrianglesIsTheSphereWithinTheHeightOfItsFacets) {
     const double r = norm(hits[i].point - centre);
     EXPECT_GE(r, innermost - 1e-7);
     EXPECT_LE(r, radius + 1e-7);
-    // Along a ray that meets the surface at an angle the facet is farther away by its depth over the cosine.
+    // Along an oblique ray the facet is farther away by its depth over the cosine of the angle of incidence.
     const double cosine = -dot(hits[i].normal, all[i]);
     if (cosine < 0.1 || expected[i].return_path == nothing) continue;
     EXPECT_NEAR(hits[i].return_path, expected[i].return_path, (radius - innermost + 1e-7) / (cosine - 0.02));
@@ -117,7 +117,7 @@ TEST(Mesh, ASphereOfTrianglesIsTheSphereWithinTheHeightOfItsFacets) {
   EXPECT_GT(met, 1000U);
 }
 
-/// Moeller and Trumbore in double for every triangle. `sure`: the ray is not within 1e-5 of an edge of any.
+/// Moeller-Trumbore in double for every triangle. `sure`: the ray is not within 1e-5 of an edge of any.
 double nearest_of_all(const Triangulation& mesh, Vector3 from, Vector3 direction, bool& sure) {
   const auto cross = [](Vector3 a, Vector3 b) {
     return Vector3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -174,7 +174,7 @@ TEST_P(PlacedMesh, StandsWhereItsPoseAndUnitSay) {
 INSTANTIATE_TEST_SUITE_P(Formats, PlacedMesh, testing::Values("ball.ply", "ball.obj"),
                          [](const auto& info) { return std::string(info.param).substr(5); });
 
-/// Message of load_triangles on a file of this content.
+/// Message of load_triangles for a file with this content.
 std::string refusal(const std::string& name, const std::string& content) {
   const TemporaryFolder folder;
   write_text(folder.path() / name, content);

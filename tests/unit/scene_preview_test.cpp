@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The preview of a scene, and the colours that all pictures share: against OpenCV's, and told by the dots of the PNG.
+// The preview of a scene and the colours common to all images, compared with OpenCV's and checked in the PNG's pixels.
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -41,7 +41,7 @@ TEST(Palettes, EveryFlagHasAColourAndAName) {
   EXPECT_EQ(colours.size(), io::flag_colours.size() + 2);
 }
 
-/// Four even images, and points on a wall and a step before it.
+/// Four uniform images, and points on a wall with a step in front of it.
 cv::Mat preview(const std::vector<float>& levels) {
   std::vector<float> phases, ramp(pixels), points;
   for (const float level : levels) phases.insert(phases.end(), pixels, level);
@@ -62,7 +62,7 @@ cv::Mat preview(const std::vector<float>& levels) {
   return cv::imdecode(std::vector<std::uint8_t>(png.begin(), png.end()), cv::IMREAD_COLOR);
 }
 
-/// The middle of the images of the upper row.
+/// Colour at the centre of an image in the upper row.
 cv::Vec3b phase_colour(const cv::Mat& picture, int image) { return picture.at<cv::Vec3b>(225, 30 + 330 * image + 145); }
 
 TEST(ScenePreview, ImagesOfPhasesHaveOneScale) {
@@ -77,15 +77,15 @@ TEST(ScenePreview, NothingLiesOverAnythingElse) {
   cv::Mat grey;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   const cv::Mat ink = grey < 250;
-  // Between the rows, below the title of the picture, and between distance and cloud.
+  // Empty areas: between the rows, below the title, and between distance and cloud.
   EXPECT_EQ(cv::countNonZero(ink.rowRange(385, 420)), 0);
   EXPECT_EQ(cv::countNonZero(ink.rowRange(28, 40)), 0);
   EXPECT_EQ(cv::countNonZero(ink.colRange(830, 850).rowRange(385, picture.rows)), 0);
-  // Between the cloud's title and its box, and at the picture's ends.
+  // Empty areas: between the cloud's title and its box, and at the image borders.
   EXPECT_EQ(cv::countNonZero(ink(cv::Rect(870, 444, 500, 14))), 0);
   EXPECT_EQ(cv::countNonZero(ink.rowRange(picture.rows - 4, picture.rows)), 0);
   EXPECT_EQ(cv::countNonZero(ink.colRange(picture.cols - 4, picture.cols)), 0);
-  // The cloud is there, with numbers at its axes.
+  // The cloud is drawn, with numbers on its axes.
   EXPECT_GT(cv::countNonZero(ink(cv::Rect(870, 460, 500, 420))), 5000);
   EXPECT_GT(cv::countNonZero(grey(cv::Rect(870, 460, 500, 420)) < 90), 300);
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Scenes from a text, and rays to look at them.
+/// @file Scenes from text, and rays for viewing them.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace simulation = tofgraph::simulation;
 
 inline constexpr double focal_length = 12.8e-3;  // m, of the camcube2
 
-/// A scene of a CamCube; `rest` begins with "objects:". Fails the test when there is a mistake.
+/// A scene of a CamCube; `rest` begins with "objects:". Fails the test on any error.
 inline simulation::SceneFile scene_of(const std::string& rest, const std::filesystem::path& base = {}) {
   tofgraph::config::Diagnostics diagnostics;
   const auto document = tofgraph::config::parse_document("scene.yaml", "scene: 1\ncamera: camcube2\n" + rest, base);
@@ -35,7 +35,7 @@ inline simulation::World world_of(const std::string& rest) {
   return simulation::make_world(scene, simulation::expand(scene).at(0));
 }
 
-/// Rays all over a field of view of +-20 degrees, the same in every run.
+/// Random rays over a field of view of +-20 degrees, the same in every run.
 inline std::vector<Vector3> rays(std::size_t count) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> tangent(-0.36, 0.36);
@@ -53,7 +53,7 @@ inline std::vector<simulation::Hit> traced(const simulation::World& world, const
   return hits;
 }
 
-/// A turn about one axis, 0: x, 1: y, 2: z, as school books have it; right-handed, degrees.
+/// Rotation about one axis, 0: x, 1: y, 2: z, textbook form; right-handed, degrees.
 inline Vector3 turned(Vector3 v, int axis, double degrees) {
   const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
   if (axis == 0) return {v.x, c * v.y - s * v.z, s * v.y + c * v.z};

@@ -14,7 +14,7 @@ namespace {
 TEST(Sha256, IsThatOfTheStandard) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "text";
-  // FIPS 180-4's examples, and the file without content.
+  // Examples of FIPS 180-4, and the empty file.
   tests::write_text(file, "abc");
   EXPECT_EQ(sha256_of_file(file), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   tests::write_text(file, "");
@@ -27,7 +27,7 @@ TEST(Sha256, IsGivenUpWhenAsked) {
   const tests::TemporaryFolder folder;
   const auto file = folder.path() / "long";
   tests::write_text(file, "x");
-  std::filesystem::resize_file(file, std::uintmax_t{1} << 40U);  // a hole that would take minutes
+  std::filesystem::resize_file(file, std::uintmax_t{1} << 40U);  // a sparse file that would take minutes
   const FileHash hash(file);
   int asked = 0;
   EXPECT_EQ(hash.get([&] { return ++asked == 3; }), "");

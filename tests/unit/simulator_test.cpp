@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The simulated board through sampling, decoding and correction, against the published table and its own noise.
+// The simulated board through sampling, decoding and correction, compared with the published table and its own noise.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -49,7 +49,7 @@ TEST(Simulator, ReproducesThePublishedTableThroughSamplesAndDecoder) {
     const auto seen = test::over_window(board.half_width, board.half_height, [&](std::size_t row, std::size_t column) {
       return distance[row * 204 + column];
     });
-    // Beyond the unambiguous range the samples begin anew.
+    // Beyond the unambiguous range the distances wrap around.
     const double wrapped = board.depth < 7.4 ? board.mean : board.mean - c_light / 40e6;
     EXPECT_NEAR(seen.mean, wrapped, 0.01e-3) << board.depth;
     EXPECT_NEAR(seen.deviation, board.deviation, 0.01e-3) << board.depth;
@@ -65,7 +65,7 @@ TEST(Simulator, AmplitudeFallsAsTheTableOfAttenuation) {
   const float greatest = *std::max_element(amplitude.begin(), amplitude.end());
   EXPECT_NEAR(*std::min_element(amplitude.begin(), amplitude.end()) / greatest, 0.837, 0.001);
   EXPECT_NEAR(amplitude[101 * 204] / greatest, 0.911, 0.001);
-  // gain * reflectivity * integration time / D_t^2 with D_t = 2 D of the middle: two sources at 50 mm
+  // gain * reflectivity * integration time / D_t^2 with D_t = 2 D at the centre: two sources at 50 mm
   const double travelled = std::hypot(0.5, 0.05) + 0.5;
   EXPECT_NEAR(greatest, 7e6 * 0.85 * 1e-3 / (travelled * travelled), 1);
 }
@@ -80,7 +80,7 @@ TEST(Simulator, NoiseIsThatOfTheProfile) {
     squares += std::pow(noisy[i] - clean[i], 2);
   }
   const double n = static_cast<double>(clean.size());
-  // At the middle a = 7e6 * 0.85 * 1e-3 / 4.01^2; the light of a tap is a, as the contrast is 0.5.
+  // At the centre a = 7e6 * 0.85 * 1e-3 / 4.01^2; the light of a tap is a, as the contrast is 0.5.
   const double amplitude = std::hypot(clean[101 * 204 + 101], clean[pixels + 101 * 204 + 101]);
   const double expected = 2 * (9 + 0.012 * amplitude);
   EXPECT_NEAR(squares / n, expected, 0.04 * expected) << "the light falls by some percent to the corners";

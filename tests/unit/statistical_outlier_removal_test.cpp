@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Against brute force: all distances, sorted.
+// Compared with brute force: all distances, sorted.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>

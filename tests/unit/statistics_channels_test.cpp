@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Statistics of channels that are no lengths: which parameters do not apply to them.
+// Statistics of channels other than lengths: parameters that do not apply to them.
 #include <gtest/gtest.h>
 #include <tofgraph/harness.hpp>
 
@@ -10,7 +10,7 @@
 namespace tofgraph::tests {
 namespace {
 
-/// The error for amplitudes and their reference; empty: there is none.
+/// The error for amplitudes and their reference; empty: no error.
 std::string why(const std::string& more) {
   return thrown([&] {
     Harness stage("statistics " + more);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Statistics against closed forms, published numbers and another library's decomposition.
+// Statistics, compared with closed forms, published numbers and the decomposition of another library.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -50,7 +50,7 @@ void expect_words(const std::string& message, const std::string& words) {
 
 TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
   Harness stage(line());
-  for (const std::vector<float>& depth : {std::vector<float>{}, {1.0F, 3.0F}, {}}) {  // clouds change their size
+  for (const std::vector<float>& depth : {std::vector<float>{}, {1.0F, 3.0F}, {}}) {  // the size of clouds varies
     stage.put<float>("depth", {1, depth.size()}, depth);
     stage.run();
   }
@@ -66,7 +66,7 @@ TEST_F(StatisticsStage, AnEmptyCloudHasNoPixels) {
 }
 
 TEST_F(StatisticsStage, RmsAgainstAReferenceByParts) {
-  // A step of 100 mm after the tenth of twenty columns; 2 mm off within three pixels of it, else 1 mm.
+  // A step of 100 mm after the tenth of twenty columns; errors of 2 mm within three pixels of it, 1 mm elsewhere.
   std::vector<float> truth(2 * 20), depth(2 * 20);
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const std::size_t column = i % 20;
@@ -127,7 +127,7 @@ TEST_F(StatisticsStage, ThereIsNoRmsAgainstAPlaneThatCannotBeFitted) {
 
 TEST_F(StatisticsStage, ThereIsNoRmsWithALengthOutsideTheLensModel) {
   test::Camera camera = test::camcube2();
-  camera.view.distortion[0] = -3;  // folds at r = 1/3; the corners, at 0.449, have no ray
+  camera.view.distortion[0] = -3;  // folds over at r = 1/3; the corners, at 0.449, have no ray
   const std::vector<float> depth(204 * 204, 2.0F);
   const json s = of("depth", {204, 204}, {depth}, "", &camera.view);
   EXPECT_EQ(s["count"], 204 * 204);
@@ -175,7 +175,7 @@ TEST_F(StatisticsStage, TheRegionHasBothEnds) {
 }
 
 TEST_F(StatisticsStage, ManyFramesOfSmallDeviationsKeepTheirDigits) {
-  // 7 m with +-1 um: squares of the values themselves would lose it.
+  // 7 m with +-1 um: sums of the squared values themselves would lose it.
   const json s = of("depth", {1, 2}, std::vector<std::vector<float>>(1000, {7.0F, 7.0F + 4.76837158203125e-7F}));
   EXPECT_NEAR(s["sd"].get<double>(), 4.76837158203125e-7 / 2 * std::sqrt(2000.0 / 1999), 1e-15);
 }
@@ -195,7 +195,7 @@ TEST_F(StatisticsStage, ABoardHasThePublishedMeanAndDeviation) {
   EXPECT_TRUE(s["rms_against"].is_null());
 }
 
-// The plane.
+// Plane fit.
 
 constexpr std::uint32_t height = 24, width = 32;
 
@@ -223,7 +223,7 @@ TEST_F(StatisticsStage, AChessboardOfStepsIsItsStepFromThePlane) {
   std::vector<float> depth;
   for (std::size_t i = 0; i < width * height; ++i)
     depth.push_back((i % width + i / width) % 2 == 0 ? 2.0F - 0.015625F : 2.0F + 0.015625F);
-  // The steps make points of two parallel planes that share every direction: no other plane is nearer.
+  // The steps place the points on two parallel planes with the same directions: no other plane is closer.
   EXPECT_NEAR(of("depth", {height, width}, {depth}, "", &camera.view)["rms"].get<double>(), 0.015625, 2e-6);
 }
 
@@ -255,7 +255,7 @@ TEST_F(StatisticsStage, NoPlaneWithoutTheFocalLengthInMetres) {
   EXPECT_EQ(of("range", {height, width}, {values}, "", &camera.view)["rms_against"], "plane");
 }
 
-// Many inputs, formats, mistakes.
+// Several inputs, formats, errors.
 
 TEST_F(StatisticsStage, InputsCarryTheNamesOfTheirNodes) {
   const std::string nodes =
@@ -303,7 +303,7 @@ TEST_F(StatisticsStage, ChecksBeforeTheFirstFrame) {
 }
 
 TEST_F(StatisticsStage, TakesEveryImageInItsOwnUnit) {
-  // Of 1, 2, 3, -6 counts: mean 0, sd sqrt(50 / 3), rms from 2 counts sqrt((1 + 0 + 1 + 64) / 4). A NaN does not count.
+  // Values 1, 2, 3, -6 counts: mean 0, sd sqrt(50 / 3), rms from 2 counts sqrt((1 + 0 + 1 + 64) / 4). NaN is ignored.
   Harness stage(line("channel=amplitude value='2 counts'"));
   stage.put<float>("depth", {1, 5}, std::vector<float>(5, 1.0F));
   stage.put<float>("amplitude", {1, 5}, {1, 2, 3, -6, none}, {.unit = "counts"});
@@ -317,7 +317,7 @@ TEST_F(StatisticsStage, TakesEveryImageInItsOwnUnit) {
   EXPECT_NEAR(found["sd"].get<double>(), std::sqrt(50.0 / 3), 1e-12);
   EXPECT_NEAR(found["rms"].get<double>(), std::sqrt(66.0 / 4), 1e-12);
 
-  // An offset is in m, but no length: it may be negative.
+  // An offset is in m but is not a length: it may be negative.
   const json offset = of("offset", {1, 2}, {{-0.004F, 0.006F}}, "channel=offset");
   EXPECT_EQ(offset["count"], 2);
   EXPECT_NEAR(offset["mean"].get<double>(), 0.001, 1e-9);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: SteadyState.SimulatorDecoder*:SteadyState.TheDecoder*
 // Rooms: graph
-// What a running graph asks of the C library's memory: every call in the process is counted, the libraries' included.
+// Memory allocations of a running graph: every call in the process is counted, including those of libraries.
 #include <tofgraph/pipeline.hpp>
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ void count() {
 }  // namespace
 
 #ifndef TOFGRAPH_OTHER_MALLOC
-// Every way to memory of the C library, whose own functions do the work; operator new goes through malloc.
+// All allocation functions of the C library, forwarded to its internal functions; operator new uses malloc.
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT
 void* __libc_calloc(std::size_t number, std::size_t size);       // NOLINT
@@ -60,7 +60,7 @@ namespace {
 
 constexpr unsigned threads = 2;
 
-/// Calls in so many frames of a run, after its beginning.
+/// Number of allocations in this number of frames of a run, after its start-up.
 std::size_t calls_in(std::uint64_t frames, const std::string& line, const std::string& node,
                      const std::string& camera) {
   constexpr std::uint64_t first = 500;
@@ -75,9 +75,9 @@ std::size_t calls_in(std::uint64_t frames, const std::string& line, const std::s
   return calls;
 }
 
-/// No call goes on as long as frames come. There may be calls that end: the pool's for buffers and their handles when
-/// more frames are under way at once than there were before, and those of the frames that were under way when counting
-/// began or ended.
+/// Allocations must not continue while frames arrive. A limited number is allowed: the pool's, for buffers and
+/// handles if more frames are in flight at once than before, and those of the frames in flight when counting began or
+/// ended.
 constexpr std::size_t under_way = 2 * threads + 4 + 1, channels = 6, few = 2 * channels * under_way;
 
 class SteadyState : public testing::Test {
@@ -89,7 +89,7 @@ class SteadyState : public testing::Test {
   }
 };
 
-/// Without this the count could stand still for the wrong reason.
+/// Without this check the count could be zero because calls are not counted.
 TEST_F(SteadyState, EveryWayToMemoryIsCounted) {
   void* memory = nullptr;
   const auto counts = [&](const char* way, const std::function<void()>& ask, const std::function<void()>& give_back) {
@@ -133,7 +133,7 @@ TEST_F(SteadyState, HostAndShimAskForNothingAFrame) {
   EXPECT_LE(all, few);
 }
 
-/// Frames that the simulator lends without noise have two handles each, later nodes none.
+/// Frames lent by the simulator without noise have two handles each; later nodes add none.
 TEST_F(SteadyState, TheDecoderOfAnyExposuresAsksForNothing) {
   const std::size_t all =
       calls_in(1000, "simulator distance='1 m' frames=0 noise=none ! phase_decoder ! null", "phase_decoder", "monstar");

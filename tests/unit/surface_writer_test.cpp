@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of surfaces: what is seen, what is hidden and what is left out, told by the colours in the file.
+// Images of surfaces: visible, hidden and excluded parts, checked by the colours in the file.
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -48,9 +48,9 @@ class SurfaceStage : public testing::Test {
   }
 };
 
-constexpr int scale_width = 100;  // of the picture's right side
+constexpr int scale_width = 100;  // width of the colour scale, on the right of the image
 
-/// Dots that are part of the surface: axes and walls are grey, the scale of the colours stands on the right.
+/// Pixels of the surface: axes and walls are grey, the colour scale is on the right.
 cv::Mat coloured(const cv::Mat& picture) {
   cv::Mat result(picture.size(), CV_8U);
   std::transform(picture.begin<cv::Vec3b>(), picture.end<cv::Vec3b>(), result.begin<std::uint8_t>(),
@@ -68,7 +68,7 @@ TEST_F(SurfaceStage, AFlatImageSeenFromAboveIsAPlateOfOneColour) {
   const cv::Mat plate = picture(limits + "azimuth='0 deg' elevation='85 deg'"), mask = coloured(plate);
   EXPECT_EQ(plate.size(), cv::Size(720, 540));
   const cv::Rect seen = cv::boundingRect(mask);
-  EXPECT_GE(cv::countNonZero(mask(seen)), seen.area() - 4);  // a corner's dot may be half covered
+  EXPECT_GE(cv::countNonZero(mask(seen)), seen.area() - 4);  // a corner pixel may be half covered
   const cv::Mat inside = plate(cv::Rect(seen.x + 2, seen.y + 2, seen.width - 4, seen.height - 4));
   EXPECT_EQ(
       cv::norm(inside, cv::Mat(inside.size(), inside.type(), cv::Scalar(inside.at<cv::Vec3b>(0, 0))), cv::NORM_INF), 0);
@@ -77,7 +77,7 @@ TEST_F(SurfaceStage, AFlatImageSeenFromAboveIsAPlateOfOneColour) {
 
 TEST_F(SurfaceStage, HasTheColoursOfTheOtherPicturesAndTheirScale) {
   const std::string above = limits + "azimuth='0 deg' elevation='85 deg'";
-  // What is near is dark, as in image_writer: 600 mm is a tenth of the range, 1400 mm nine.
+  // Near is dark, as in image_writer: 600 mm is one tenth of the range, 1400 mm nine tenths.
   const auto brightness = [&](float value) {
     set(0, rows - 1, 0, columns - 1, value);
     const cv::Mat plate = picture(above);
@@ -129,10 +129,10 @@ TEST_F(SurfaceStage, InvalidPixelsAreHoles) {
 TEST_F(SurfaceStage, WhatIsNearStandsUpAndHidesWhatIsBehind) {
   const std::string turned = "' elevation='20 deg'";
   set(0, rows - 1, 0, columns - 1, 1.5F);
-  set(20, 22, 0, columns - 1, 0.5F);  // a wall over all columns
+  set(20, 22, 0, columns - 1, 0.5F);  // a wall across all columns
   const cv::Mat before = picture(limits + "azimuth='0 deg" + turned),
                 behind = picture(limits + "azimuth='180 deg" + turned);
-  set(4, 6, 10, 49, 1.2F);  // too low to look over the wall
+  set(4, 6, 10, 49, 1.2F);  // too low to be seen over the wall
   EXPECT_EQ(cv::norm(picture(limits + "azimuth='0 deg" + turned), before, cv::NORM_INF), 0);
   EXPECT_GT(cv::norm(picture(limits + "azimuth='180 deg" + turned), behind, cv::NORM_INF), 50);
   set(4, 6, 10, 49, 0.5F);  // as high as the wall, but farther back
@@ -148,7 +148,7 @@ TEST_F(SurfaceStage, LimitsCutTheColoursNotTheHeights) {
   cv::Mat differ;
   cv::bitwise_xor(coloured(own), coloured(narrow), differ);
   EXPECT_EQ(cv::countNonZero(differ), 0) << "the same surface";
-  // Beyond the limits the colours are those of the ends: what is flat looks the same.
+  // Beyond the limits the end colours are used: height differences there are not visible.
   set(0, 19, 0, columns - 1, 0.5F);
   set(20, rows - 1, 0, columns - 1, 0.9F);
   set(10, 12, 20, 30, 0.4F);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Tables as spreadsheets and statistics programs write them.
+// Tables as written by spreadsheets and statistics programs.
 #include "io/table_text.hpp"
 
 #include <gmock/gmock.h>

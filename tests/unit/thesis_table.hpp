@@ -21,7 +21,7 @@ struct ModelledBoard {
   double mean = 0, deviation = 0;
 };
 
-/// The 15 depths of the white board: 14 of the fixture and the one whose row only the reference's text gives.
+/// The 15 depths of the white board: 14 of the fixture, and one whose row appears only in the reference's text.
 inline std::vector<ModelledBoard> modelled_boards() {
   std::ifstream file(TOFGRAPH_SOURCE_DIR "/tests/fixtures/thesis_offset_tables.csv");
   if (!file) throw std::runtime_error("tests/fixtures/thesis_offset_tables.csv is not there");
@@ -44,10 +44,10 @@ inline std::vector<ModelledBoard> modelled_boards() {
 }
 
 struct Statistics {
-  double mean = 0, deviation = 0;  ///< deviation with n - 1
+  double mean = 0, deviation = 0;  ///< standard deviation with n - 1
 };
 
-/// Mean and deviation of value(row, column) over columns 102-hw .. 102+hw-1, rows 102-hh .. 102+hh-1.
+/// Mean and standard deviation of value(row, column) over columns 102-hw .. 102+hw-1, rows 102-hh .. 102+hh-1.
 template <class Value> Statistics over_window(int half_width, int half_height, Value&& value) {
   std::vector<double> all;
   for (int row = 102 - half_height; row < 102 + half_height; ++row) {

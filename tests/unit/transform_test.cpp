@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Against Eigen's geometry.
+// Compared with Eigen's geometry.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>

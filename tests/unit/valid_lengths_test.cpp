@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Lengths of zero, below zero, infinite or too far: every stage treats them exactly as NaN.
+// Zero, negative, infinite or excessive lengths: every stage treats them exactly like NaN.
 #include <tofgraph/harness.hpp>
-// The header is written for plugins, which are built under a name.
+// The header is written for plugins, which are compiled with a plugin name.
 #define TOFGRAPH_PLUGIN_NAME "valid_lengths_test"
 #define TOFGRAPH_PLUGIN_VERSION "1"
 #include <tofgraph/lengths.hpp>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Against a map from voxel to points, in double.
+// Compared with a map from voxel to points, in double.
 #include <tofgraph/harness.hpp>
 
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ TEST(VoxelGrid, IsTheMeanOfWhatIsInEachVoxel) {
     if (std::isnan(c.points[3 * i])) continue;
     std::array<int, 3> key{};
     for (std::size_t k = 0; k < 3; ++k)
-      key[2 - k] = static_cast<int>(std::floor(c.points[3 * i + k] / size));  // z y x: the order that PCL gives
+      key[2 - k] = static_cast<int>(std::floor(c.points[3 * i + k] / size));  // z y x: the order of PCL
     Sum& sum = voxels[key];
     for (std::size_t k = 0; k < 3; ++k) sum.point[k] += c.points[3 * i + k];
     sum.amplitude += c.amplitude[i];

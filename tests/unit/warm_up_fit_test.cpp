@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: WarmUpFit.TimeConstants*:WarmUpFit.NoDrift*
 // Rooms: calibration
-// The fit of a warm-up against a dense scan of its likelihood and against the Cramer-Rao bound of the data drawn here.
+// The fit of a warm-up, compared with a dense scan of its likelihood and the Cramer-Rao bound of the simulated data.
 #include "calibration/warm_up.hpp"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ Drawn draw(const Truth& truth, std::mt19937_64& random) {
   return drawn;
 }
 
-/// Sum of squares that a regression line over 1 - exp(-t / tau) leaves, in closed form.
+/// Residual sum of squares of a regression line over 1 - exp(-t / tau), in closed form.
 double squares(const Drawn& d, double tau) {
   const auto n = static_cast<double>(d.times.size());
   double x = 0, y = 0, xx = 0, xy = 0, yy = 0;
@@ -55,7 +55,7 @@ double squares(const Drawn& d, double tau) {
   return yy - y * y / n - cov * cov / var;
 }
 
-/// Relative Cramer-Rao bound of the time constant, by the 3 x 3 information matrix.
+/// Relative Cramer-Rao bound of the time constant, from the 3 x 3 information matrix.
 double bound(const Truth& truth, const Drawn& d) {
   std::array<std::array<double, 3>, 3> f{};
   for (const double t : d.times) {
@@ -147,8 +147,8 @@ TEST(WarmUpFit, ASecondConstantIsFoundWhereItIs) {
 }
 
 TEST(WarmUpFit, ASecondConstantIsFoundInSixteenPoints) {
-  // Times of pipelines/chapter3/rmse_8h.yaml. With one constant alone the misfit would pass for noise that hides all
-  // drift.
+  // Times of pipelines/chapter3/rmse_8h.yaml. With one constant alone the misfit would be taken for noise that hides
+  // all drift.
   Drawn d;
   std::mt19937_64 random(7);
   std::normal_distribution<double> noise(0, 0.1 * mm);

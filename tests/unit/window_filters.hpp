@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file For tests of the filters that average over a window: random images, and how a stage filters one.
+/// @file For tests of the filters that average over a window: random images, and the filter output of a stage.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ inline Image random_image(std::ptrdiff_t rows, std::ptrdiff_t columns, unsigned 
   return image;
 }
 
-/// A sigma of 5 to 20 mm.
+/// Random sigma of 5 to 20 mm.
 inline Image random_sigma(const Image& like, unsigned seed) {
   Image sigma(like.rows, like.columns);
   std::mt19937 random(seed);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The filters with weights exp(-d^2 / h^2) over a window: properties that need no reference, what they say of bad
-// input, and the pallet of boxes.
+// The filters with weights exp(-d^2 / h^2) over a window: properties that need no reference, handling of invalid input,
+// and the pallet of boxes.
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -29,7 +29,7 @@ TEST(WindowFilterProperties, LeaveConstantImagesAsTheyAre) {
   }
 }
 
-/// Two planes 200 mm apart, divided by the line across * c + down * r = 60.
+/// Two planes 200 mm apart, separated by the line across * c + down * r = 60.
 Image edge_of_200_mm(std::ptrdiff_t across, std::ptrdiff_t down) {
   Image depth(40, 51);
   for (std::ptrdiff_t r = 0; r < 40; ++r)
@@ -41,8 +41,8 @@ TEST(WindowFilterProperties, MoveAnEdgeOfTenStrengthsByNothing) {
   for (const std::string& filter : filters) {
     const bool uniform = filter.ends_with("uniform");
     for (const auto& [across, down] : {std::pair{2, 0}, {0, 3}, {2, 1}, {1, -1}}) {
-      // On a slanted edge two patches may differ by their middle only, of which equal weights take no more notice than
-      // of any other pixel: see below.
+      // On a slanted edge two patches may differ only in their centre, which has no more influence than any other pixel
+      // with equal weights: see below.
       if (uniform && across != 0 && down != 0) continue;
       const Image depth = edge_of_200_mm(across, down);
       EXPECT_EQ(run(filter + " strength='20 mm'", depth).depth, depth.values) << filter << across << down;
@@ -51,7 +51,7 @@ TEST(WindowFilterProperties, MoveAnEdgeOfTenStrengthsByNothing) {
 }
 
 TEST(WindowFilterProperties, MoveASlantedEdgeWithEqualPatchWeightsAsTheEquationDoes) {
-  // A pair that differs in one pixel of nine has the weight exp(-100 / 9), which moves a pixel by 3 um of the step.
+  // A pair that differs in one of nine pixels has the weight exp(-100 / 9), which moves a pixel by 3 um of the step.
   const Image depth = edge_of_200_mm(2, 1);
   const auto h = [](auto, auto) { return 0.020; };
   const auto weight = test::non_local_means_weight(depth, h, 3, INFINITY);
@@ -159,7 +159,7 @@ Errors errors(const std::vector<float>& found, const Image& truth) {
           std::sqrt(squares[1] / count[1])};
 }
 
-/// Noise of 10 mm, and of an amplitude as it belongs to it at 20 MHz: the same part of the amplitude as of a radian.
+/// Noise of 10 mm and the corresponding amplitude noise at 20 MHz: its relative value equals the phase noise in rad.
 Errors denoised_boxes(const std::string& line, double gap) {
   const test::Scene scene = test::box_scene(204, gap);
   Image depth = scene.depth, amplitude = scene.amplitude;
@@ -180,9 +180,9 @@ Errors denoised_boxes(const std::string& line, double gap) {
   return result;
 }
 
-/// The reference gives the boxes' size and distance, not how they stand: side by side, its limits hold, but for the
-/// target of 1.6 mm of the last, which leaves 1.64 mm; with gaps between them, whose inner walls are slopes of up to 12
-/// mm a pixel, only the order of the filters does.
+/// The reference states the boxes' size and distance, but not their arrangement: with adjacent boxes its limits hold,
+/// except the target of 1.6 mm of the last filter, which leaves 1.64 mm; with gaps, whose inner walls are slopes of up
+/// to 12 mm per pixel, only the ranking of the filters holds.
 TEST(WindowFilterProperties, DenoiseThePalletOfBoxes) {
   const std::string robust = "non_local_means strength='20 mm' patch_weights=robust guide=amplitude";
   for (const double gap : {0.0, 0.060}) {

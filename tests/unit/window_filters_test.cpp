@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: WindowFilters.NonLocal*
 // Rooms: plugins
-// The filters with weights exp(-d^2 / h^2) over a window: against their equations in double precision, on every
+// The filters with weights exp(-d^2 / h^2) over a window, compared with their equations in double precision, on every
 // instruction set of this machine.
 #include <tofgraph/harness.hpp>
 
@@ -41,7 +41,7 @@ TEST(WindowFilters, AgreeWithTheEquationsInDoublePrecision) {
     test::on_each_processor([&](const std::string& processor) {
       const Result with = run(c.line, depth, &sigma), without = run(c.line, depth);
       expect_near(with.depth, expected.values, 1e-5, processor + ": " + c.line);
-      // Lengths of up to 7 m are rounded to 0.5 um, which the squares of their differences over h^2 take notice of.
+      // Lengths of up to 7 m are rounded to 0.5 um, which affects the squares of their differences over h^2.
       expect_near(with.sigma, expected.sigma, 1e-6 + 0.020 * 0.5e-6 / c.h, processor + ": sigma of " + c.line);
       expect_near(without.depth, expected.values, 1e-5, processor + ": without sigma, " + c.line);
     });

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks of an MPI job, for tofgraph-mpi: the program under another name, which loads this library before a command.
+// Ranks of an MPI job for tofgraph-mpi: the program under another name, which loads this library before a command.
 #include "config/shard.hpp"
 
 #include <mpi.h>
@@ -15,7 +15,7 @@ namespace {
 class MpiRanks final : public config::Ranks {
  public:
   MpiRanks() {
-    // Threads of one rank compute; its main thread alone calls MPI.
+    // All threads of a rank compute; only its main thread calls MPI.
     int level = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &level);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Typed views of channels, and the border's arrays, as a stage sees them.
+/// @file Typed views of channels, and iteration over arrays of the plugin interface.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -15,7 +15,7 @@
 
 namespace tofgraph {
 
-/// The border's code of an element type; TOFGRAPH_TYPE_ANY for void.
+/// TOFGRAPH_TYPE_.. of an element type; TOFGRAPH_TYPE_ANY for void.
 template <class T> constexpr std::uint32_t element_type() {
   using V = std::remove_const_t<T>;
   if constexpr (std::is_void_v<V>) return TOFGRAPH_TYPE_ANY;
@@ -27,19 +27,19 @@ template <class T> constexpr std::uint32_t element_type() {
                                : TOFGRAPH_TYPE_U16;
 }
 
-/// Bytes of one element; 0 for TOFGRAPH_TYPE_ANY.
+/// Size of one element in bytes; 0 for TOFGRAPH_TYPE_ANY.
 constexpr std::size_t element_size(std::uint32_t type) {
   constexpr std::size_t sizes[] = {0, 4, 8, 1, 2, 2, 4};
   return type < std::size(sizes) ? sizes[type] : 0;
 }
 
-/// The name of an element type as it is shown to people.
+/// Readable name of an element type.
 constexpr const char* element_name(std::uint32_t type) {
   constexpr const char* names[] = {"any", "float32", "float64", "uint8", "uint16", "int16", "int32"};
   return type < std::size(names) ? names[type] : "unknown";
 }
 
-/// An array of the border's structs, walked by the size that an element of it really has.
+/// Array of structs of the plugin interface, with the element size given at run time.
 template <class T> struct Strided {
   T* first;
   std::size_t stride, size;  ///< bytes, elements
@@ -61,19 +61,19 @@ inline Strided<const tofgraph_light> lights_of(const tofgraph_camera& camera) {
   return {camera.lights, camera.light_size, camera.light_count};
 }
 
-/// A view without data, to be filled in over the border.
+/// View without data, to be filled in by the host.
 inline tofgraph_view empty_view() {
   tofgraph_view view{};
   view.size = sizeof view;
   return view;
 }
 
-/// A view of up to four dimensions, row-major without gaps; it owns nothing.
+/// Non-owning view of up to four dimensions, row-major without gaps.
 template <class T> class Array {
  public:
   Array() = default;
 
-  /// @throws std::runtime_error when the view has no data, elements of another type, or gaps
+  /// @throws std::runtime_error if the view has no data, elements of another type, or gaps
   explicit Array(const tofgraph_view& view) : view_(view) {
     if (view.data == nullptr) refuse(" is missing");
     if (view.type != element_type<T>()) refuse(std::string(" is not ") + element_name(element_type<T>()));
@@ -94,10 +94,10 @@ template <class T> class Array {
   T* begin() const { return data(); }
   T* end() const { return data() + size(); }
   T& operator[](std::size_t i) const { return data()[i]; }
-  /// An image's pixel.
+  /// Pixel of an image.
   T& operator()(std::size_t row, std::size_t column) const { return data()[row * columns() + column]; }
   std::span<T> span() const { return {data(), size()}; }
-  /// The i-th of the slowest dimension: an image of a stack, a row of an image.
+  /// The i-th slice along the slowest dimension: an image of a stack, a row of an image.
   std::span<T> slice(std::size_t i) const { return span().subspan(i * (size() / extent(0)), size() / extent(0)); }
   explicit operator bool() const { return view_.data != nullptr; }
 

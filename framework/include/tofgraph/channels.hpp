@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The channels that every stage knows, the rules for their values, and the bits of `flags`.
+/// @file The standard channels, the rules for their values, and the bits of `flags`.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -11,7 +11,7 @@
 
 namespace tofgraph {
 
-/// Entry of the table of channels. Type TOFGRAPH_TYPE_ANY: several are allowed.
+/// Entry of the table of channels. TOFGRAPH_TYPE_ANY: several types are allowed.
 struct ChannelInfo {
   const char* name;
   const char* shape;
@@ -37,32 +37,32 @@ inline constexpr ChannelInfo known_channels[] = {
     {"rays", "H W 3", TOFGRAPH_TYPE_F32, "", "unit vector of each pixel in the optical frame"},
 };
 
-/// The entry of a channel, or null for one that only its stages know.
+/// Entry of a channel, or null for a non-standard channel.
 constexpr const ChannelInfo* known_channel(std::string_view name) {
   for (const auto& channel : known_channels)
     if (name == channel.name) return &channel;
   return nullptr;
 }
 
-/// Largest value that is accepted as a length, m. Larger ones are markers or damage.
+/// Largest length accepted, m. Larger values are markers or corrupt data.
 inline constexpr float max_length = 1e6F;
 
-/// The rule for lengths that readers, stages and sinks share: positive, finite and at most max_length. Zero and
-/// negative values mark pixels without a measurement.
+/// Rule for lengths, shared by readers, stages and sinks: positive, finite and at most max_length. Zero and negative
+/// values mark pixels without a measurement.
 constexpr bool is_valid_length(float length) {
   return static_cast<int>(length > 0) & static_cast<int>(length <= max_length);
 }
 
-/// Measured lengths among the known channels; `sigma` is a length, too, but may be unknown at a valid pixel.
+/// Measured lengths among the standard channels. `sigma` is a length too, but may be NaN at a valid pixel.
 constexpr bool is_length_channel(std::string_view name) {
   return name == "distance" || name == "range" || name == "depth" || name == "points";
 }
 
-/// The rule for points (x, y, z in m): finite coordinates within reach. In the optical frame the origin means that
-/// nothing was measured, and a coordinate is at most max_length; in a world frame it may be that of a map of the Earth.
+/// Rule for points (x, y, z in m): bounded coordinates. In the optical frame a coordinate is at most max_length and the
+/// origin means no measurement; world coordinates may be as large as those of a map of the Earth.
 class PointRule {
  public:
-  /// @param applied what was done to the points, as in tofgraph_channel::applied
+  /// @param applied processing history of the points, as in tofgraph_channel::applied
   explicit PointRule(std::string_view applied)
       : moved_(applied.find("T_world_camera") != std::string_view::npos ||
                applied.find("transform") != std::string_view::npos) {}

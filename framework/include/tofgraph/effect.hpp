@@ -5,7 +5,7 @@
 /// A parameter with an `off` value is an amplitude parameter, with `typical` as its usual size; with `typical` alone it
 /// is a nonlinear parameter (a phase, a time constant); with neither it is fixed. The gap search varies both kinds
 /// within their bounds; an amplitude parameter that is `nested`, and the nonlinear ones declared `nested` after it,
-/// only if the data demand it. With all amplitude parameters off, an effect must not change a single bit.
+/// only if the data require it. With all amplitude parameters off, an effect must not change a single bit.
 ///
 ///     struct EvenHarmonic final : tofgraph::Effect {
 ///       static constexpr tofgraph::EffectInfo info{.touches = "null2", .confused_with = "phase_gain"};
@@ -31,7 +31,7 @@ struct EffectInfo {
   std::uint32_t scope = TOFGRAPH_SCOPE_CAMERA;  ///< or TOFGRAPH_SCOPE_SETUP: rail, board, room
 };
 
-/// A map of the pixels between their centres: bilinear, constant beyond the border; 0 where there is none.
+/// Value of a pixel map between pixel centres: bilinear interpolation, constant beyond the border; 0 for an empty map.
 /// @param u, v column and row
 inline double at(const Image& map, double u, double v) {
   if (map.empty()) return 0;
@@ -55,31 +55,31 @@ class LightState {
   const tofgraph_camera& camera() const { return *state.camera; }
   const tofgraph_condition& condition() const { return *state.condition; }
   std::size_t points() const { return state.points; }
-  /// Radians of phase for a metre of (half-path) distance, at the light's frequency: 4 pi f / c.
+  /// Phase in radians per metre of (half-path) distance at the modulation frequency: 4 pi f / c.
   double radians_per_metre() const { return 4 * M_PI / 299792458.0 * state.frequency; }
   tofgraph_light_state& state;
 };
 
-/// Lens, sources, poses: before any light is computed.
+/// Lens, sources and poses, before any light is computed.
 struct GeometryLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_GEOMETRY, flags = 0;
   Strided<tofgraph_source_light> sources() const { return {state.sources, state.source_size, state.source_count}; }
 };
 
-/// Light of a source at the points.
+/// Light of one source at the points.
 struct SourceLight {
   const tofgraph_source_light& source;
   std::complex<double>* phasor;  ///< counts
   double* strength;              ///< counts
   bool from_inside() const { return source.path == nullptr; }
-  /// Less or more of this light at point i, both in the correlation and in the intensity.
+  /// Scales this light at point i, in the correlation and in the intensity.
   void scale(std::size_t i, double factor) const {
     phasor[i] *= factor;
     strength[i] *= factor;
   }
 };
 
-/// The light of each source on its way; the last is that from inside the camera.
+/// Light of each source on its path; the last is the light inside the camera.
 struct PhasorLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_PHASOR, flags = 0;
   std::size_t size() const { return state.source_count; }
@@ -89,12 +89,12 @@ struct PhasorLevel : LightState {
   }
   double& phase_offset(std::size_t i) const { return state.phase_offset[i]; }
 };
-/// The same for effects that look at neighbours: point row * columns + column.
+/// The same for effects that use neighbouring pixels: point row * columns + column.
 struct PhasorImage : PhasorLevel {
   static constexpr std::uint32_t flags = TOFGRAPH_EFFECT_IMAGE;
 };
 
-/// The end of the phasor level: all light is known, its phase may be turned.
+/// End of the phasor level: all light is known, and its phase may be changed.
 struct PhaseLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_PHASOR, flags = TOFGRAPH_EFFECT_LATE;
   double amplitude(std::size_t i) const { return state.amplitude[i]; }
@@ -102,7 +102,7 @@ struct PhaseLevel : LightState {
   double& phase_offset(std::size_t i) const { return state.phase_offset[i]; }
 };
 
-/// The exposures: sample k is Re(phasor e^(j step_k)) + extra.
+/// Exposures: sample k is Re(phasor e^(j step_k)) + extra.
 struct SamplesLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_SAMPLES, flags = 0;
   std::size_t exposures() const { return state.exposure_count; }
@@ -110,7 +110,7 @@ struct SamplesLevel : LightState {
     return Strided<tofgraph_exposure>{state.exposures, state.exposure_size, 0}[k];
   }
   using LightState::radians_per_metre;
-  /// At the frequency of exposure k.
+  /// As above, at the frequency of exposure k.
   double radians_per_metre(std::size_t k) const { return 4 * M_PI / 299792458.0 * exposure(k).frequency; }
   std::complex<double>& phasor(std::size_t k, std::size_t i) const {
     return reinterpret_cast<std::complex<double>*>(state.exposure)[k * points() + i];
@@ -118,14 +118,14 @@ struct SamplesLevel : LightState {
   double& intensity(std::size_t k, std::size_t i) const { return state.intensity[k * points() + i]; }
   double& extra(std::size_t k, std::size_t i) const { return state.extra[k * points() + i]; }
   double& step(std::size_t k) const { return exposure(k).phase; }
-  /// The boards farther away (m) in exposure k: its phase and light follow.
+  /// Moves the boards away by a displacement (m) in exposure k: phase and light are recomputed.
   void displace(std::uint32_t k, double displacement) const {
     if (state.displace(&state, k, displacement) != TOFGRAPH_STATUS_OK)
       throw std::runtime_error("the boards cannot be moved like this");
   }
 };
 
-/// The taps before their noise.
+/// Taps before the noise.
 struct TapsLevel : LightState {
   static constexpr std::uint32_t level = TOFGRAPH_LEVEL_TAPS, flags = 0;
   std::size_t exposures() const { return state.exposure_count; }
@@ -133,7 +133,7 @@ struct TapsLevel : LightState {
   double& b(std::size_t k, std::size_t i) const { return state.taps[(2 * k + 1) * points() + i]; }
   std::span<double> all() const { return {state.taps, 2 * exposures() * points()}; }
 };
-/// The taps with their noise, as they are read out.
+/// Taps with noise, as read out.
 struct ReadoutLevel : TapsLevel {
   static constexpr std::uint32_t flags = TOFGRAPH_EFFECT_LATE;
 };
@@ -163,7 +163,7 @@ template <class T> struct __attribute__((visibility("hidden"))) EffectGlue {
 }  // namespace detail
 }  // namespace tofgraph
 
-/// Exports an effect from its plugin. Once a file.
+/// Exports an effect from its plugin. Use once per file.
 #define TOFGRAPH_EFFECT(Class, summary)                                                                \
   extern "C" __attribute__((visibility("default"))) const tofgraph_descriptor* tofgraph_plugin(void) { \
     return tofgraph::detail::EffectGlue<Class>::descriptor(summary);                                   \

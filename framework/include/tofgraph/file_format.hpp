@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file An opened file of another program, as a list of arrays; what a format plugin is derived from (format.hpp).
+/// @file Opened file of another program as a list of arrays; base class of format plugins (format.hpp).
 #pragma once
 
 #include <tofgraph/format.h>
@@ -11,13 +11,13 @@
 
 namespace tofgraph {
 
-/// An array of a file; see tofgraph_file_array.
+/// Array of a file; see tofgraph_file_array.
 struct FileArray {
   std::uint32_t kind = TOFGRAPH_ELEMENT_FLOAT, bytes = 4;
-  std::vector<std::uint64_t> extent;  ///< in memory, the slowest axis first
+  std::vector<std::uint64_t> extent;  ///< in memory, slowest axis first
   std::string name, unit, text;
-  std::string axes;       ///< their meaning where the format defines it, e.g. "row column"; empty: it does not
-  bool reversed = false;  ///< people count the axes the other way round
+  std::string axes;       ///< meaning of the axes if the format defines it, e.g. "row column"; else empty
+  bool reversed = false;  ///< users of the format count the axes in reverse order
 
   std::uint64_t elements() const {
     std::uint64_t count = 1;
@@ -26,8 +26,8 @@ struct FileArray {
   }
 };
 
-/// An opened file. Errors are exceptions derived from std::exception, whose text continues a sentence that begins with
-/// the file's name: "has 3 bytes, expected 8".
+/// Opened file. Errors are exceptions derived from std::exception, whose text continues a sentence that begins with the
+/// file name: "has 3 bytes, expected 8".
 class FileFormat {
  public:
   FileFormat() = default;
@@ -37,12 +37,12 @@ class FileFormat {
 
   const std::vector<FileArray>& arrays() const { return arrays_; }
   const std::string& profile() const { return profile_; }
-  /// Elements first .. first + count - 1 of an array's slowest axis.
+  /// Reads elements first .. first + count - 1 of an array's slowest axis.
   virtual void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) = 0;
 
  protected:
   void add(FileArray array) { arrays_.push_back(std::move(array)); }
-  /// A camera profile (YAML) that follows from the file.
+  /// Sets a camera profile (YAML) derived from the file.
   void set_profile(std::string text) { profile_ = std::move(text); }
 
  private:

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// File formats of other programs: a class that opens a file, lists its arrays, and reads parts of
-/// them. What the arrays mean (depth, unit, order of the axes) is not the format's concern: the user or a layout states
-/// it.
+/// File formats of other programs: a class that opens a file, lists its arrays, and reads parts of them. The
+/// meaning of the arrays (depth, unit, order of the axes) is stated by the user or by a layout, not by the
+/// format.
 ///
 ///     struct Pgm final : tofgraph::FileFormat {
 ///       static constexpr const char* endings = "pgm";
@@ -107,7 +107,7 @@ template <class T> struct __attribute__((visibility("hidden"))) FormatGlue {
 }  // namespace detail
 }  // namespace tofgraph
 
-/// Exports a format from its plugin. Once a file.
+/// Exports a format from its plugin. Use once per file.
 #define TOFGRAPH_FORMAT(Class, summary)                                                                \
   extern "C" __attribute__((visibility("default"))) const tofgraph_descriptor* tofgraph_plugin(void) { \
     return tofgraph::detail::FormatGlue<Class>::descriptor(summary);                                   \

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Tests one stage: frames in, frames out, through the very border and checks of a real run. Link libtofgraph.
+/// Tests one stage: frames in, frames out, with the plugin interface and checks of a real run. Link libtofgraph.
 ///
 ///     tofgraph::Harness stage("optimized_bistatic solver=newton");
 ///     stage.camera("camcube2");
@@ -22,45 +22,45 @@ namespace tofgraph {
 
 class Harness {
  public:
-  /// Properties of an input channel beside its content.
+  /// Properties of an input channel besides its content.
   struct Meaning {
-    std::string unit;     ///< default: that of the channel's name
+    std::string unit;     ///< default: that of the standard channel
     std::string of;       ///< for sigma
     std::string applied;  ///< stages, blank-separated
     std::string from;     ///< channels, blank-separated
   };
 
-  /// A stage in the one-line form: its name, then parameter=value.
-  /// @param plugin_folders looked into before TOFGRAPH_PLUGIN_PATH and the installed folder
-  /// @throws std::runtime_error with every mistake
+  /// @param stage the one-line form: its name, then parameter=value
+  /// @param plugin_folders searched before TOFGRAPH_PLUGIN_PATH and the installed folder
+  /// @throws std::runtime_error listing all errors
   explicit Harness(const std::string& stage, const std::vector<std::string>& plugin_folders = {});
   ~Harness();
 
-  /// The camera by its profile's name or path.
+  /// Sets the camera by its profile's name or path.
   void camera(const std::string& profile);
   const tofgraph_camera& camera() const;
 
-  /// Gives the next frame a channel. Before the first run this also announces it.
+  /// Adds a channel to the next frame. Before the first run this also announces it.
   template <class T> void put(const std::string& channel, const std::vector<std::uint64_t>& extent,
                               const std::vector<T>& values, const Meaning& meaning = {}) {
     put_bytes(channel, element_type<T>(), extent, values.data(), values.size() * sizeof(T), meaning);
   }
   /// Metadata of the next frame.
   tofgraph_metadata& metadata();
-  /// Which metadata the stream announces as known; default: all.
+  /// Sets the metadata that the stream announces as known; default: all.
   void known(std::uint64_t bits);
-  /// Existing outputs may be replaced.
+  /// Allows existing outputs to be replaced.
   void overwrite(bool allowed);
 
-  /// Prepares without a frame. @throws std::runtime_error with the stage's message
+  /// Prepares the stage without a frame. @throws std::runtime_error with the stage's message
   void prepare();
-  /// Runs one frame; prepares at the first call. @returns false when a source has no more. @throws std::runtime_error
+  /// Runs one frame; prepares at the first call. @returns false if a source has ended. @throws std::runtime_error
   bool run();
   void finish();
 
   bool has(const std::string& channel) const;
   std::vector<std::uint64_t> extent(const std::string& channel) const;
-  /// The content of a channel of the frame that came out. @throws std::runtime_error when it is not there or of another
+  /// Content of a channel of the output frame. @throws std::runtime_error if it is missing or of another
   /// type
   template <class T> std::vector<T> get(const std::string& channel) const {
     const Array<const T> view(find(channel));
@@ -69,9 +69,9 @@ class Harness {
   /// Announced properties of an output: applied stages, and the channel of sigma.
   std::string applied(const std::string& channel) const;
   std::string of(const std::string& channel) const;
-  /// Camera of the stream that leaves.
+  /// Camera of the output stream.
   const tofgraph_camera& camera_out() const;
-  /// Remarks of the stage so far.
+  /// Messages of the stage so far.
   const std::vector<std::string>& messages() const;
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// The rule for invalid pixels: NaN in every length channel of the frame, and the flag `invalid`; and the stage that
-/// filters of a length are made from.
+/// Rule for invalid pixels: NaN in every length channel of the frame, and the flag `invalid`. Also the base class of
+/// filters for a length image.
 #pragma once
 
 #include <tofgraph/stage.hpp>
@@ -18,24 +18,24 @@
 
 namespace tofgraph {
 
-/// Measured lengths: those of the table of channels, and of stages that have their own. The truth of a simulation
-/// stays known where the camera measured nothing.
+/// Returns whether a channel holds measured lengths: standard ones and those of other stages. The ground truth of a
+/// simulation is excluded, since it is known where the camera measured nothing.
 inline bool is_length(const tofgraph_channel& channel) {
   return channel.type == TOFGRAPH_TYPE_F32 && std::string_view(channel.unit) == "m" &&
          std::string_view(channel.name) != "true_depth";
 }
 
-/// The length channels that arrive at a stage beside those whose pixels it invalidates itself.
+/// Length channels of the input other than those whose pixels the stage invalidates itself.
 class OtherLengths {
  public:
-  /// @param own channels that the stage writes, all invalid pixels as NaN
+  /// @param own channels that the stage writes, with NaN at all invalid pixels
   void prepare(const Setup& setup, std::initializer_list<std::string_view> own) {
     for (const tofgraph_channel& channel : setup.channels()) {
       if (is_length(channel) && std::ranges::find(own, channel.name) == own.end()) names_.emplace_back(channel.name);
     }
   }
 
-  /// Makes invalid pixels NaN. A channel that has them so already is not touched, so that it stays shared.
+  /// Sets invalid pixels to NaN. A channel that needs no change is not touched, so that it stays shared.
   void invalidate(const Frame& frame, const Array<std::uint16_t>& flags) const {
     if (names_.empty()) return;
     thread_local std::vector<std::size_t> pixels;
@@ -44,7 +44,7 @@ class OtherLengths {
       const Array<const float> lengths(frame.find(name.c_str()));
       const bool same_size = lengths.rows() == flags.rows() && lengths.columns() == flags.columns();
       if (pixels.empty() || !same_size) continue;
-      const std::size_t each = lengths.size() / flags.size();  // points have three
+      const std::size_t each = lengths.size() / flags.size();  // points have three values
       const auto is_done = [&](std::size_t pixel) {
         return std::all_of(&lengths[pixel * each], &lengths[pixel * each] + each, [](float v) { return v != v; });
       };
@@ -56,11 +56,11 @@ class OtherLengths {
   }
 
  private:
-  /// Four pixels at a time: most are valid.
+  /// Examines four pixels at a time, since most are valid.
   static void find_invalid(const Array<std::uint16_t>& flags, std::vector<std::size_t>& pixels) {
     pixels.resize(flags.size() + 1);
     std::size_t found = 0, i = 0;
-    const auto look = [&](std::size_t pixel) {  // without a branch, which could not be foreseen
+    const auto look = [&](std::size_t pixel) {  // branch-free, because branches would be mispredicted
       pixels[found] = pixel;
       found += flags[pixel] & flag::invalid;
     };
@@ -77,15 +77,15 @@ class OtherLengths {
   std::vector<std::string> names_;
 };
 
-/// Refuses a sigma that is that of another channel.
+/// Rejects a sigma that belongs to another channel.
 inline void check_sigma(const Setup& setup, bool present, const std::string& channel) {
   if (!present || setup.find("sigma")->of == channel) return;
   throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of + "', expected that of '" +
                            channel + "'");
 }
 
-/// Makes a pixel that holds no valid length, or that is flagged as invalid, NaN and flagged. Without branches, so that
-/// it is vectorised. @returns true if any is valid
+/// Sets pixels without a valid length, or flagged as invalid, to NaN and flags them. Branch-free for vectorisation.
+/// @returns true if any pixel is valid
 inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviations,
                          const Array<std::uint16_t>& bits) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
@@ -101,7 +101,7 @@ inline bool mark_invalid(const Array<float>& lengths, const Array<float>& deviat
   return valid != 0;
 }
 
-/// A filter of one length image: its ports, which of the lengths it takes, and the rule for invalid pixels.
+/// Filter of one length image: its ports, the choice of the length channel, and the rule for invalid pixels.
 ///
 ///     struct Smooth final : tofgraph::LengthFilter {
 ///       void prepare(tofgraph::Setup& setup) { prepare_lengths(setup); }
@@ -122,7 +122,7 @@ struct LengthFilter : Filter {
                          .text = "what is filtered; auto: the first of these that exists"}};
 
  protected:
-  /// Lengths of a frame. Without sigma its array has no data.
+  /// Lengths of a frame; the array sigma is empty if there is none.
   struct Lengths {
     Array<float> image, sigma;
     Array<std::uint16_t> flags;
@@ -143,7 +143,7 @@ struct LengthFilter : Filter {
     others_.invalidate(frame, all.flags);
     return all;
   }
-  /// After pixels were flagged as invalid: no length of theirs stays.
+  /// Sets the other lengths of pixels to NaN after they were flagged as invalid.
   void invalidate(const Frame& frame, const Array<std::uint16_t>& bits) const { others_.invalidate(frame, bits); }
 
  private:

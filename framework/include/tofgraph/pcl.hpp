@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A frame's points as a PCL cloud. The only public header that knows PCL.
+/// @file Conversion of a frame's points to a PCL cloud. The only public header that includes PCL.
 #pragma once
 
 #include <tofgraph/frame.hpp>
@@ -12,8 +12,8 @@
 
 namespace tofgraph {
 
-/// The channel `points` with the amplitude as intensity (0 where there is none): organised as the image is, NaN where
-/// a pixel is invalid, is_dense as it really is. @throws std::runtime_error when the frame has no points
+/// Returns the channel `points` with the amplitude as intensity (0 if missing): organised like the image, NaN at
+/// invalid pixels, is_dense according to the content. @throws std::runtime_error if the frame has no points
 inline pcl::PointCloud<pcl::PointXYZI>::Ptr to_pcl(const Frame& frame) {
   const tofgraph_view found = frame.find("points");
   if (found.data == nullptr) throw std::runtime_error("the frame has no points: add a point_cloud node");
@@ -30,7 +30,7 @@ inline pcl::PointCloud<pcl::PointXYZI>::Ptr to_pcl(const Frame& frame) {
     point.intensity = amplitude ? amplitude[i] : 0.0F;
     if (!std::isfinite(point.x) || !std::isfinite(point.y) || !std::isfinite(point.z)) cloud->is_dense = false;
   }
-  cloud->header.stamp = static_cast<std::uint64_t>(frame.metadata().timestamp_ns / 1000);  // PCL counts microseconds
+  cloud->header.stamp = static_cast<std::uint64_t>(frame.metadata().timestamp_ns / 1000);  // PCL uses microseconds
   cloud->header.seq = static_cast<std::uint32_t>(frame.metadata().number);
   return cloud;
 }

@@ -23,8 +23,8 @@ class Pipeline {
  public:
   /// Result of a run.
   struct Result {
-    std::uint64_t frames = 0;   ///< that went through to the end
-    std::uint64_t dropped = 0;  ///< at the source's exit, where its queue says drop_oldest
+    std::uint64_t frames = 0;   ///< completed
+    std::uint64_t dropped = 0;  ///< at the source's output, if its queue is set to drop_oldest
     double seconds = 0;
     bool interrupted = false;  ///< by stop()
   };
@@ -34,21 +34,21 @@ class Pipeline {
   explicit Pipeline(std::string pipeline, std::string camera = {});
   ~Pipeline();
 
-  /// Replaces a parameter, as --set does: set("denoise.strength", "3.91 mm").
+  /// Replaces a parameter, like --set: set("denoise.strength", "3.91 mm").
   void set(const std::string& parameter, const std::string& value);
-  /// Folders with plugins, before TOFGRAPH_PLUGIN_PATH and the installed folder.
+  /// Sets plugin folders to search before TOFGRAPH_PLUGIN_PATH and the installed folder.
   void plugin_path(const std::vector<std::string>& folders);
-  /// Existing outputs may be replaced; default false.
+  /// Allows existing outputs to be replaced; default false.
   void overwrite(bool allowed);
-  /// Called with every frame that leaves a node, in order, from a thread of the run. Views live during the call.
+  /// Calls a function with each frame that leaves a node, in order, on a thread of the run. Views live during the call.
   void on_frame(const std::string& node, std::function<void(const Frame&)> receive);
 
-  /// Says every mistake, runs nothing. @throws std::runtime_error whose text holds all of them with their places
+  /// Checks without running. @throws std::runtime_error whose text lists all errors with their positions
   void check();
-  /// @param frames at most so many; 0: all. @param threads that work on frames; 0: one a core
-  /// @throws std::runtime_error as check(), or with node, frame and reason when the run fails; files are closed then
+  /// @param frames maximum number; 0: all. @param threads that work on frames; 0: one per core
+  /// @throws std::runtime_error as check(), or with node, frame and reason if the run fails; files are then closed
   Result run(std::uint64_t frames = 0, unsigned threads = 0);
-  /// Ends a run in order. [any thread]
+  /// Ends a run cleanly. [any thread]
   void stop();
 
  private:

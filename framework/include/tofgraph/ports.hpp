@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The members that make up a stage's contract: ports and parameters. Included by stage.hpp.
+/// @file The members that define a stage's contract: ports and parameters. Included by stage.hpp.
 #pragma once
 
 #include <tofgraph/stage.hpp>
@@ -10,15 +10,15 @@
 
 namespace tofgraph {
 
-/// The fields of a port beside its channel; see tofgraph_port. What is left out comes from the table of channels.
+/// Fields of a port except its channel; see tofgraph_port. Defaults come from the table of channels.
 struct PortSpec {
-  const char *name = nullptr, *shape = nullptr, *unit = nullptr;  ///< name: default the first channel
+  const char *name = nullptr, *shape = nullptr, *unit = nullptr;  ///< name: default: the first channel
   bool optional = false;
   const char* text = nullptr;
   const char *needs = "", *refuses = "", *from = "", *adds = "", *of = "";
 };
 
-/// The fields of a parameter; see tofgraph_parameter. Bounds are SI, the default is written as in a pipeline.
+/// Fields of a parameter; see tofgraph_parameter. Bounds are in SI, the default is written as in a pipeline.
 struct ParamSpec {
   static constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const char *unit = "", *default_value = nullptr;
@@ -26,17 +26,17 @@ struct ParamSpec {
   double min = none, max = none;
   const char *choices = "", *text = "";
   double off = none, typical = none;
-  bool in_place = false;  ///< for an InputFile: its content may be written instead, the value is then "{..}"
-  bool nested = false;    ///< for an effect: a refinement, varied by a search only if the data demand it
-  bool live = false;      ///< may change between two frames of a run; then parameters_changed() of the stage is called
+  bool in_place = false;  ///< for an InputFile: the content may be written instead; the value is then "{..}"
+  bool nested = false;    ///< for an effect: a refinement, varied by a search only if the data require it
+  bool live = false;      ///< may change between two frames of a run; parameters_changed() is then called
 };
 
 struct Choice : std::string {};       ///< a word of `choices`
-struct InputFile : std::string {};    ///< absolute path of a file to read, or empty
+struct InputFile : std::string {};    ///< absolute path of an input file, or empty
 struct InputFolder : std::string {};  ///< absolute path of a folder, or empty
-struct OutputFile : std::string {};   ///< absolute path of the one file that a run writes, or empty
-struct FrameFiles : std::string {};   ///< absolute pattern of the files that a run writes, one a frame, or empty
-/// Values of the pixels, row by row, in SI; empty where none was given. In prepare it has the camera's size.
+struct OutputFile : std::string {};   ///< absolute path of the one output file of a run, or empty
+struct FrameFiles : std::string {};   ///< absolute pattern of the output files, one per frame, or empty
+/// Pixel values in row-major order, in SI; empty if none was given. In prepare it has the camera's size.
 struct Image {
   const double* data = nullptr;
   std::size_t rows = 0, columns = 0;
@@ -45,7 +45,7 @@ struct Image {
 
 namespace detail {
 
-/// Leaves a call whose reason the host knows already.
+/// Aborts a call whose error the host knows already.
 struct AlreadyReported {};
 
 class PortBase {
@@ -65,13 +65,13 @@ class PortBase {
     stage->ports.push_back(this);
   }
   const tofgraph_port& port() const { return port_; }
-  /// The channel that the port reads or makes; empty for an optional input that is not there. Known in prepare.
+  /// Channel that the port reads or writes; empty for a missing optional input. Known in prepare.
   const char* channel() const { return bound_.c_str(); }
   bool present() const { return !bound_.empty(); }
   void bind(const char* channel) { bound_ = channel != nullptr ? channel : ""; }
 
  protected:
-  /// The channel as the border describes it; rank 0: with the extents that the port declares.
+  /// Channel description for the host; rank 0: with the extents declared by the port.
   tofgraph_channel made(std::uint32_t rank, std::size_t rows, std::size_t columns, std::size_t depth) const {
     return {sizeof(tofgraph_channel),  port_.type, rank,     0,  channel(),
             {rows, columns, depth, 0}, port_.unit, port_.of, "", port_.from};
@@ -108,11 +108,11 @@ class ParamBase {
   }
   virtual ~ParamBase() = default;
   virtual void set(const tofgraph_value& value) = 0;
-  virtual void keep() = 0;     ///< remembers the value
-  virtual void restore() = 0;  ///< takes the remembered value again
+  virtual void keep() = 0;     ///< saves the value
+  virtual void restore() = 0;  ///< restores the saved value
 
   const tofgraph_parameter& parameter() const { return parameter_; }
-  /// True when the user wrote the parameter, false for the default.
+  /// True if the user set the parameter, false for the default.
   bool given() const { return given_; }
 
  protected:
@@ -127,7 +127,7 @@ class ParamBase {
   bool given_ = false;
 };
 
-/// The border's kinds, in their order from 1.
+/// Kinds of the plugin interface, in their order from 1.
 using Kinds = std::tuple<bool, std::int64_t, double, std::string, Choice, std::vector<double>, InputFile, OutputFile,
                          FrameFiles, InputFolder, Image>;
 template <class T, class... Types> constexpr std::uint32_t kind_among(const std::tuple<Types...>*) {
@@ -138,12 +138,12 @@ template <class T, class... Types> constexpr std::uint32_t kind_among(const std:
 
 }  // namespace detail
 
-/// An input port: call it with the frame to get a read-only view. T void: any element type, gives a tofgraph_view.
+/// Input port: call it with the frame to get a read-only view. T void: any element type, returns a tofgraph_view.
 template <class T> class In : public detail::PortBase {
  public:
   In(Stage* stage, const char* channel, const PortSpec& spec = {})
       : PortBase(stage, element_type<T>(), TOFGRAPH_DIRECTION_IN, channel, spec) {}
-  /// @returns an empty view when an optional input is not there.
+  /// @returns an empty view if an optional input is missing.
   auto operator()(const Frame& frame) const {
     const tofgraph_view view = present() ? frame.find(channel()) : empty_view();
     using View = std::conditional_t<std::is_void_v<T>, tofgraph_view, Array<const T>>;
@@ -151,7 +151,7 @@ template <class T> class In : public detail::PortBase {
   }
 };
 
-/// An output port: call it with the frame and the extents to get a new buffer.
+/// Output port: call it with the frame and the extents to get a new buffer.
 template <class T> class Out : public detail::PortBase {
  public:
   Out(Stage* stage, const char* channel, const PortSpec& spec = {})
@@ -165,35 +165,35 @@ template <class T> class Out : public detail::PortBase {
   void provide(const Setup& setup, const char* of = nullptr) { announce(setup, of); }
 };
 
-/// A port that changes a channel in place.
+/// Port that changes a channel in place.
 template <class T> class InOut : public detail::PortBase {
  public:
   InOut(Stage* stage, const char* channel, const PortSpec& spec = {})
       : PortBase(stage, element_type<T>(), TOFGRAPH_DIRECTION_INOUT, channel, spec) {}
-  /// @returns an empty view when an optional channel is not there.
+  /// @returns an empty view if an optional channel is missing.
   Array<T> operator()(const Frame& frame) const { return present() ? Array<T>(frame.modify(channel())) : Array<T>(); }
   Array<const T> read(const Frame& frame) const { return Array<const T>(frame.find(channel())); }
-  /// In prepare: an optional image that is not there is made by this stage, beginning with zeros.
+  /// In prepare: lets this stage create an optional image if it is missing, initialised with zeros.
   void provide(const Setup& setup, const char* of = nullptr) {
     made_here_ = !present();
     if (made_here_) announce(setup, of);
   }
-  /// For an image that provide() may have to make.
+  /// Access to an image that provide() may have to create.
   Array<T> operator()(const Frame& frame, std::size_t rows, std::size_t columns) const {
     if (!made_here_) return (*this)(frame);
     const Array<T> image(frame.write(made(2, rows, columns, 0)));
     std::fill(image.begin(), image.end(), T{});
     return image;
   }
-  /// True when the channel did not arrive: this stage makes it.
+  /// True if the channel is missing in the input and created by this stage.
   bool made_here() const { return made_here_; }
 
  private:
   bool made_here_ = false;
 };
 
-/// A parameter; * gives its value, numbers in SI. Of one that is optional and has no default it is NaN, 0 or empty
-/// where the user wrote none: see given().
+/// Parameter; operator* returns its value, numbers in SI. An optional parameter without a default is NaN, 0 or empty
+/// unless the user set it: see given().
 template <class T> class Param : public detail::ParamBase {
   static_assert(
       detail::kind_among<T>(static_cast<detail::Kinds*>(nullptr)) <= std::tuple_size_v<detail::Kinds>,
@@ -204,11 +204,11 @@ template <class T> class Param : public detail::ParamBase {
       : ParamBase(stage, detail::kind_among<T>(static_cast<detail::Kinds*>(nullptr)), name, spec) {}
   const T& operator*() const { return value_; }
   const T* operator->() const { return &value_; }
-  /// For a number that may be a word ("auto"): the word, or empty. For one of several units: its unit.
+  /// For a number that may be a word ("auto"): the word, or empty. For a number with several units: its unit.
   const std::string& keyword() const { return keyword_; }
 
-  /// A new file under a temporary name, open it to write. When `process` (`finish`) has returned it is there under its
-  /// own name, whole; after an error it is not. @param companion null, or one of `choices`: the file beside it
+  /// Creates a file under a temporary name, to be opened for writing. It gets its own name when `process` (`finish`)
+  /// has returned, and is removed after an error. @param companion null, or one of `choices`: a companion file
   std::string create(const char* companion = nullptr) const requires std::is_same_v<T, OutputFile> {
     return ParamBase::create(companion, 0);
   }

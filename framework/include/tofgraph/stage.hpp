@@ -12,11 +12,11 @@
 ///     };
 ///     TOFGRAPH_STAGE(Scale, "Multiplies the depth by a factor")
 ///
-/// A `process` that is const may run for several frames at once; any other runs frame by frame, in order.
-/// Sources return false when there is no further frame, filters when nothing leaves for this one. A stage over any
-/// number of streams takes `std::span<Frame>`. `prepare(Setup&)`, `finish()` and, in sources, `stop()` are optional.
-/// Errors are exceptions: `ConfigError` names a parameter, anything else derived from std::exception is told with the
-/// node and the frame.
+/// A `process` that is const may run for several frames at once; any other runs frame by frame, in order. Sources
+/// return false when there is no further frame, filters to drop this one. A stage over any number of streams takes
+/// `std::span<Frame>`. `prepare(Setup&)`, `finish()` and, in sources, `stop()` are optional. Errors are exceptions:
+/// `ConfigError` names a parameter, anything else derived from std::exception is reported with the node and the
+/// frame.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -32,7 +32,7 @@
 
 namespace tofgraph {
 
-/// A setting that cannot work, found in prepare; the host shows where it was written.
+/// Invalid parameter value found in prepare; the host shows where it was written.
 class ConfigError : public std::runtime_error {
  public:
   ConfigError(std::string parameter_name, const std::string& text)
@@ -65,23 +65,23 @@ class Stage {
   void prepare(Setup&) {}
   void finish() {}
   void stop() {}
-  /// Between two frames, after parameters declared `.live` took other values. A ConfigError refuses them: the stage
-  /// must be as before then, its parameters are put back.
+  /// Called between two frames after parameters declared `.live` changed. A ConfigError refuses the change: the stage
+  /// must then be in its previous state; the host restores the parameters.
   void parameters_changed() {}
 
-  /// A remark for the user that does not end the run.
+  /// Reports a warning that does not end the run.
   void warn(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_WARNING, text.c_str()); }
   /// Adds a note on this node for `explain`; in prepare.
   void note(const std::string& text) const { host->message(context, TOFGRAPH_MESSAGE_INFO, text.c_str()); }
-  /// The provenance of what arrives here, as JSON: ask in finish(), and in prepare() so that it is ready then.
+  /// Provenance of the input, as JSON: call in finish(), and also in prepare() so that it is ready in time.
   std::string provenance() const { return host->provenance(context); }
-  /// True once the run is ending: a source that waits should return false.
+  /// True once the run is ending: a waiting source should return false.
   bool stopping() const { return host->stopping(context) != 0; }
 
   const tofgraph_host* host = nullptr;
   void* context = nullptr;
-  std::vector<detail::PortBase*> ports;        ///< filled by the members
-  std::vector<detail::ParamBase*> parameters;  ///< filled by the members
+  std::vector<detail::PortBase*> ports;        ///< filled by the port members
+  std::vector<detail::ParamBase*> parameters;  ///< filled by the parameter members
 };
 
 /// Input and declarations of a stage before the first frame.
@@ -91,16 +91,16 @@ class Setup {
       : host_(stage.host), context_(stage.context), streams_(streams) {}
 
   std::span<const tofgraph_stream* const> streams() const { return streams_; }
-  /// The stream that arrives (of several, the first).
+  /// Input stream (the first of several).
   const tofgraph_stream& stream() const { return *streams_.front(); }
-  /// The camera of the stream; for sources, the pipeline's. @throws std::runtime_error when there is none.
+  /// Camera of the stream; for sources, the pipeline's. @throws std::runtime_error if there is none.
   const tofgraph_camera& camera() const {
     if (stream().camera != nullptr) return *stream().camera;
     throw std::runtime_error(
         "needs to know the camera: --camera NAME, or camera: NAME at the top of the pipeline file");
   }
   bool knows(std::uint64_t metadata) const { return (stream().known & metadata) == metadata; }
-  /// A channel of the stream, or null.
+  /// Channel of the stream, or null.
   const tofgraph_channel* find(std::string_view name) const {
     for (const tofgraph_channel& channel : channels())
       if (channel.name == name) return &channel;
@@ -109,7 +109,7 @@ class Setup {
   Strided<const tofgraph_channel> channels() const {
     return {stream().channels, stream().channel_size, stream().channel_count};
   }
-  /// Exposures of the raw images of a frame, in their order.
+  /// Exposures of the raw images of a frame, in order.
   Strided<const tofgraph_exposure> exposures() const {
     return {stream().exposures, stream().exposure_size, stream().exposure_count};
   }
@@ -120,24 +120,24 @@ class Setup {
     host_->provide(context_, &channel);
   }
   void withdraw(const char* channel) const { host_->withdraw(context_, channel); }
-  /// Another camera leaves than came: other rays, another size. Copied; rays null: made from its lens model.
+  /// Sets the camera of the output if its rays or size change. Copied; rays null: computed from its lens model.
   void set_camera(tofgraph_camera camera) const {
-    camera.size = sizeof camera;  // a copy of the host's has as much as this header knows
+    camera.size = sizeof camera;  // a copied struct is valid up to the size known to this header
     host_->set_camera(context_, &camera);
   }
-  /// For sources: the camera by its profile's name, or by the profile's text. @returns false when there is none.
+  /// For sources: sets the camera by its profile's name or text. @returns false if there is none.
   bool use_profile(const std::string& name, const std::string& text = {}) const {
     return host_->use_profile(context_, name.c_str(), text.empty() ? nullptr : text.c_str()) == TOFGRAPH_STATUS_OK;
   }
   void set_frames(std::uint64_t frames, std::uint64_t known) const { host_->set_frames(context_, frames, known); }
-  /// For sources: the exposures of the frames, where they are not the camera's.
+  /// For sources: sets the exposures of the frames if they are not the camera's.
   void set_exposures(std::span<const tofgraph_exposure> exposures) const {
     host_->set_exposures(context_, exposures.data(), sizeof(tofgraph_exposure), exposures.size());
   }
-  /// A file whose content shapes the result: its hash goes into the provenance. Files and images that are parameters
-  /// are seen to by the host.
+  /// Adds the hash of a file that influences the result to the provenance. The host itself adds files and images that
+  /// are parameters.
   void uses_file(const std::string& path) const { host_->uses_file(context_, path.c_str()); }
-  /// True when existing files may be replaced.
+  /// True if existing files may be replaced.
   bool overwrite() const { return host_->overwrite(context_) != 0; }
 
  private:
@@ -155,7 +155,7 @@ struct Filter : Stage {
 struct Sink : Stage {
   static constexpr const char* kind = "sink";
 };
-/// A piece of the simulator's physics: see effect.hpp.
+/// Component of the simulator's physics: see effect.hpp.
 struct Effect : Stage {
   static constexpr const char* kind = "effect";
 };

@@ -22,10 +22,10 @@
 namespace tofgraph::io {
 namespace {
 
-/// Results of the checks of all captures together.
+/// Properties of one capture for checks across all captures.
 struct Opened {
-  std::string camera;     ///< another one than the campaign's; empty: the same, or not known
-  std::string size;       ///< problem with it, or nothing
+  std::string camera;     ///< different from the campaign's; empty: the same, or unknown
+  std::string size;       ///< problem with the size; empty: none
   double time = unknown;  ///< s, integration time
 };
 
@@ -58,7 +58,7 @@ class Check {
 
   Opened capture_of(const Condition& condition) {
     std::error_code error;
-    if (!std::filesystem::is_regular_file(condition.capture, error)) return {};  // told already, or there is none
+    if (!std::filesystem::is_regular_file(condition.capture, error)) return {};  // already reported, or none
     try {
       return one(condition, read_facts(condition.capture));
     } catch (const std::runtime_error& problem) {
@@ -79,10 +79,10 @@ class Check {
     const std::string text = "diagnose cannot use " + what;
     if (purpose_ == CapturesFor::search)
       diagnostics_.error(at, text, hint + skipping(conditions));
-    else if (!campaign_.pattern)  // which is for a lens, not for a search
+    else if (!campaign_.pattern)  // it is for a lens calibration, not for a search
       diagnostics_.warning(at, text, hint);
   }
-  /// Advice on excluding conditions if only a few are concerned.
+  /// Advice on excluding conditions, given if only a few are concerned.
   std::string skipping(const Conditions& conditions) const {
     constexpr std::size_t few = 8;
     if (conditions.size() > few || (conditions.size() > 1 && conditions.size() == campaign_.conditions.size()))
@@ -115,7 +115,7 @@ class Check {
     return opened;
   }
 
-  /// Conditions with the same text, one message for all of them.
+  /// Merges the messages of conditions with the same text.
   std::map<std::string, Conditions> alike(const std::vector<Opened>& opened, std::string Opened::*text) const {
     std::map<std::string, Conditions> groups;
     for (std::size_t i = 0; i < opened.size(); ++i) {
@@ -202,7 +202,7 @@ class Check {
             b->first_row <= a->last_row);
   }
 
-  /// Within a session that has a name the camera stays on. Elsewhere it may have been off meanwhile.
+  /// The camera stays on only within a named session; otherwise it may have been switched off in between.
   void times() {
     std::map<std::string, std::vector<const Condition*>> sessions;
     for (const Condition& condition : campaign_.conditions) {
@@ -272,7 +272,7 @@ std::vector<config::Diagnostic> unlikely_integration_times(std::span<const Condi
     const double ratio = written[i] / recorded[i];
     if (std::isfinite(ratio) && ratio > 0) ratios.push_back(ratio);
   }
-  constexpr double large = 9;  // a slip by ten, by a thousand, by sixty
+  constexpr double large = 9;  // typical slips: factors of 10, 60, 1000
   std::ranges::sort(ratios);
   if (const double ratio = ratios.empty() ? 1 : ratios[ratios.size() / 2]; ratio >= large || ratio <= 1 / large) {
     const auto first = std::ranges::find_if(written, [](double t) { return std::isfinite(t); }) - written.begin();

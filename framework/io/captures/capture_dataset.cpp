@@ -20,10 +20,10 @@ namespace {
 
 constexpr std::size_t longest_text = 1U << 24U;  // bytes
 constexpr std::size_t max_frame = 1ULL << 31U;   // bytes of one frame of a channel
-constexpr std::size_t max_chunk = 64ULL << 20U;  // bytes read at once, where it is more than a frame
+constexpr std::size_t max_chunk = 64ULL << 20U;  // bytes per read if larger than a frame
 constexpr int max_rank = 5;                      // frames and four dimensions
 
-/// Never wraps around: what is too great stays the greatest number.
+/// Saturating product: overflow gives the largest number.
 std::uint64_t product(std::uint64_t a, std::uint64_t b) {
   std::uint64_t result = 0;
   return __builtin_mul_overflow(a, b, &result) ? std::numeric_limits<std::uint64_t>::max() : result;
@@ -51,7 +51,7 @@ Handle open_attribute(hid_t object, const char* name, std::size_t most = 1) {
   return attribute;
 }
 
-/// The extents that a shape of the channel table asks for: "P H W", 0 where the capture does not say. Empty for a
+/// Extents required by a shape of the channel table: "P H W", 0 for dimensions the capture does not state. Empty for a
 /// channel without a fixed shape.
 std::vector<hsize_t> expected_extent(const ChannelInfo& info, const CaptureHeader& header) {
   std::vector<hsize_t> extent;
@@ -194,17 +194,17 @@ void Dataset::check_storage() {
   }
 }
 
-/// True where the chunk at these elements lies within what is left of the file.
+/// True if the chunk at these elements lies within the truncated file.
 bool Dataset::is_whole(const std::vector<hsize_t>& chunk) const {
   unsigned filters = 0;
   haddr_t place = HADDR_UNDEF;
   hsize_t bytes = 0;
   const bool known = H5Dget_chunk_info_by_coord(dataset_, chunk.data(), &filters, &place, &bytes) >= 0;
-  if (!known) H5Eclear2(H5E_DEFAULT);  // its entry in the index is lost
+  if (!known) H5Eclear2(H5E_DEFAULT);  // its index entry is lost
   return known && place != HADDR_UNDEF && place <= end_ && bytes <= end_ - place;
 }
 
-/// Frames from the first one on that lie within what is left of a file that was cut off.
+/// Number of leading frames that lie within the truncated file.
 std::size_t Dataset::whole_frames() const {
   if (chunk_.empty()) {
     const haddr_t place = H5Dget_offset(dataset_);
@@ -214,7 +214,7 @@ std::size_t Dataset::whole_frames() const {
     return static_cast<std::size_t>(std::min<std::uint64_t>(size_[0], place < end_ ? (end_ - place) / frame : 0));
   }
   std::vector<hsize_t> chunk(size_.size(), 0);
-  for (;;) {  // the last dimension first, frames last
+  for (;;) {  // the last dimension varies fastest, frames slowest
     if (!is_whole(chunk)) return static_cast<std::size_t>(chunk[0]);
     std::size_t i = size_.size() - 1;
     while (i > 0 && chunk[i] + chunk_[i] >= size_[i]) chunk[i--] = 0;
@@ -229,7 +229,7 @@ std::size_t Dataset::stored_frames(bool all) const {
   if (!chunk_.empty()) {
     hsize_t chunks = 0;
     check(H5Dget_num_chunks(dataset_, space_, &chunks), "/frames/" + name_ + ": its chunks cannot be found");
-    std::uint64_t a_slab = 1;  // chunks that hold the same frames
+    std::uint64_t a_slab = 1;  // number of chunks with the same frames
     for (std::size_t i = 1; i < size_.size(); ++i) a_slab = product(a_slab, (size_[i] + chunk_[i] - 1) / chunk_[i]);
     stored = std::min<std::uint64_t>(size_[0], product(chunks / std::max<std::uint64_t>(a_slab, 1), chunk_[0]));
   } else {
@@ -273,7 +273,7 @@ std::optional<CaptureChannel> Dataset::as_channel(const CaptureHeader& header) c
   if (!channel.unit.empty() && channel.unit != info->unit)
     fail(fmt::format("is in {}, expected {}", channel.unit, *info->unit != 0 ? info->unit : "no unit"));
   channel.unit = info->unit;
-  if (channel.type == TOFGRAPH_TYPE_U8) channel.type = TOFGRAPH_TYPE_U16;  // flags: HDF5 converts when it reads
+  if (channel.type == TOFGRAPH_TYPE_U8) channel.type = TOFGRAPH_TYPE_U16;  // flags: HDF5 converts when reading
   return channel;
 }
 
@@ -312,16 +312,16 @@ void Dataset::read_first(std::size_t frames, hid_t memory, void* data) const {
   }
 }
 
-/// A damaged index can announce any size for a chunk, and HDF5 would take that much memory.
+/// Guards against a damaged index, which can announce chunks of any size that HDF5 would then allocate.
 void Dataset::check_chunk(hsize_t frame) const {
   if (chunk_.empty()) return;
   std::vector<hsize_t> offset(size_.size(), 0);
   offset[0] = frame / chunk_[0] * chunk_[0];
   hsize_t stored = 0;
-  // Unlike H5Dget_chunk_info_by_coord this does not walk through all chunks.
+  // Unlike H5Dget_chunk_info_by_coord this does not scan all chunks.
   check(H5Dget_chunk_storage_size(dataset_, offset.data(), &stored), "cannot be found");
   const std::uint64_t plain = product(product(chunk_, 0), H5Tget_size(type_));
-  const std::uint64_t most = plain + plain / 8 + 4096;  // more than deflate ever adds
+  const std::uint64_t most = plain + plain / 8 + 4096;  // upper bound of deflate's expansion
   if (stored > most) throw std::runtime_error(fmt::format("announces {} bytes for {}", stored, plain));
 }
 

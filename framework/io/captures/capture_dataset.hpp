@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Dataset and attributes of a capture that is read; the file is validated. For this folder only; the lock is
-/// held by the caller.
+/// @file Dataset and attributes of a capture, validated while reading. Internal to this folder; the caller holds the
+/// lock.
 #pragma once
 
 #include "io/captures/capture.hpp"
@@ -14,31 +14,31 @@
 
 namespace tofgraph::io::h5 {
 
-/// The attribute's text; empty when there is none. @throws std::runtime_error when it is not a single text
+/// Text of the attribute; empty if there is none. @throws std::runtime_error if it is not a single text
 std::string text_attribute(hid_t object, const char* name);
-/// Numbers, empty where there is no such attribute. @throws std::runtime_error
+/// Numbers of the attribute; empty if there is none. @throws std::runtime_error
 std::vector<double> numbers_attribute(hid_t object, const char* name, std::size_t most);
 void write_numbers(hid_t object, const char* name, const std::vector<double>& values);
 void write_text(hid_t object, const char* name, const std::string& value);
-/// A whole number, also when it is stored as a float, as MATLAB does. @throws std::runtime_error
+/// Integer, also if stored as a float, as MATLAB does. @throws std::runtime_error
 std::int64_t integer_attribute(hid_t object, const char* name);
 
 class Dataset {
  public:
-  /// @param end bytes that are left of a file that was cut off
-  /// @throws std::runtime_error also for what would make the reader follow other files or take much memory
+  /// @param end number of bytes of a truncated file
+  /// @throws std::runtime_error also for content that would make the reader follow other files or exhaust memory
   Dataset(hid_t group, std::string name, std::uint64_t end = CaptureReader::not_cut);
 
   const std::string& name() const { return name_; }
-  /// The announced number.
+  /// Number of frames that the file announces.
   std::size_t frames() const { return static_cast<std::size_t>(size_.front()); }
-  /// Number of frames that the file holds. If all are required, fewer than announced are an error.
+  /// Number of frames that the file contains. If `all`, fewer than announced are an error.
   std::size_t stored_frames(bool all) const;
 
-  /// Description as a channel; nothing for an unknown name without the shape of one.
-  /// @throws std::runtime_error for a known channel that is not as it must be
+  /// Description as a channel; nullopt for an unknown name without the shape of a channel.
+  /// @throws std::runtime_error for a known channel with a wrong type or shape
   std::optional<CaptureChannel> as_channel(const CaptureHeader& header) const;
-  /// @throws std::runtime_error when it is not an array of one value a frame
+  /// @throws std::runtime_error if it is not an array of one value per frame
   void check_metadata(const layout::Metadata& kind) const;
 
   /// Text of a dataset of bytes. @throws std::runtime_error
@@ -60,7 +60,7 @@ class Dataset {
   std::uint64_t end_;
   Handle dataset_, space_, type_, frame_space_;
   std::vector<hsize_t> size_;   // frames first
-  std::vector<hsize_t> chunk_;  // empty: not in chunks
+  std::vector<hsize_t> chunk_;  // empty: not chunked
 };
 
 }  // namespace tofgraph::io::h5

@@ -35,7 +35,7 @@ std::optional<Version> version_of(const std::filesystem::path& file) {
                  now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
 }
 
-/// Files that were read without harm in this run.
+/// Files that passed their trial in this run.
 class Passed {
  public:
   bool has(const Version& version) {
@@ -86,7 +86,7 @@ void run_trial_once(const std::filesystem::path& file, std::vector<std::string> 
 }
 
 void try_ahead(const std::vector<std::filesystem::path>& files) {
-  std::map<Version, std::filesystem::path> untried;  // each once, under whichever name
+  std::map<Version, std::filesystem::path> untried;  // by file identity, so that each file is tried once
   for (const std::filesystem::path& file : files) {
     std::error_code error;
     const std::optional<Version> version = version_of(file);
@@ -94,7 +94,7 @@ void try_ahead(const std::vector<std::filesystem::path>& files) {
       untried.emplace(*version, file);
   }
   const std::vector<std::pair<Version, std::filesystem::path>> all(untried.begin(), untried.end());
-  // Some programs for each core, that none waits for the last one; few, as each has to load its libraries.
+  // Two programs per core balance the load; more would cost start-up time, as each loads its libraries.
   const std::size_t programs =
       std::min<std::size_t>(all.size(), 2UL * std::max(1U, std::thread::hardware_concurrency()));
   tbb::parallel_for(std::size_t{0}, programs, [&](std::size_t program) {
@@ -104,7 +104,7 @@ void try_ahead(const std::vector<std::filesystem::path>& files) {
     try {
       result = config::run_child(std::move(command), {.keep_errors = true});
     } catch (const std::runtime_error&) {
-      return;  // who reads them is told
+      return;  // reported when the file is read
     }
     std::istringstream numbers(result.output);
     for (std::size_t k = 0; numbers >> k;) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Files that nobody vouches for, read where a crash does no harm. HDF5 trusts what it reads: on damaged files it
-/// can crash, loop or ask for any amount of memory, and an error code cannot tell.
+/// @file Trial reading of untrusted files in a process of its own. HDF5 does not validate its input: on damaged files
+/// it can crash, loop or request any amount of memory, and an error code cannot report that.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,17 @@
 
 namespace tofgraph::io {
 
-/// Runs a trial (config::trial_program() and its arguments): a program that writes to its standard output what is wrong
-/// with the file.
-/// @throws std::runtime_error with that text, or saying that the program crashed or came to no end
+/// Runs a trial (config::trial_program() and its arguments): a program that writes the problem with the file to its
+/// standard output.
+/// @throws std::runtime_error with that text, or stating that the program crashed or timed out
 void run_trial(std::vector<std::string> command);
 
-/// As run_trial(), but not again where the file has passed and is as it was then.
-/// @param command which reads the file, and is the same for it each time
+/// Like run_trial(), but skipped if the file has passed before and is unchanged.
+/// @param command trial of the file, always the same for one file
 void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command);
 
-/// Tries many captures with few programs: for those that pass run_trial_once() has nothing left to do. Of the others it
-/// is for the one who reads them to say what is wrong.
+/// Tries many captures with few processes, so that run_trial_once() skips those that pass. Problems with the others
+/// are reported when they are read.
 void try_ahead(const std::vector<std::filesystem::path>& files);
 
 }  // namespace tofgraph::io

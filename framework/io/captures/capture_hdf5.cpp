@@ -20,10 +20,10 @@ std::mutex& mutex() {
 
 herr_t keep_description(unsigned, const H5E_error2_t* error, void* text) {
   if (error->desc != nullptr && *error->desc != 0) *static_cast<std::string*>(text) = error->desc;
-  return 1;  // the first that is walked to is the innermost
+  return 1;  // the walk starts at the innermost
 }
 
-/// @param words HDF5's own, of version 1.10
+/// @param words error text of HDF5 1.10
 Failure explained(const std::string& words) {
   const auto says = [&words](std::string_view part) { return words.find(part) != std::string::npos; };
   unsigned long long left = 0, whole = 0;
@@ -48,7 +48,7 @@ Failure explained(const std::string& words) {
 }  // namespace
 
 Lock::Lock() : lock_(mutex()) {
-  // Errors are exceptions here. A library that was built for threads prints them once for each of them.
+  // Errors are thrown as exceptions. A thread-safe HDF5 would also print them once per thread.
   thread_local const bool silenced = H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr) >= 0;
   static_cast<void>(silenced);
 }
@@ -61,7 +61,7 @@ Failure last_failure() {
 }
 
 std::string missing_filter(hid_t dataset) {
-  // Names by the registry of the HDF Group, for files that do not bring their own.
+  // Names from the registry of the HDF Group, for files that do not state them.
   static constexpr std::pair<H5Z_filter_t, const char*> known[] = {
       {H5Z_FILTER_SZIP, "szip"}, {307, "bzip2"}, {32000, "lzf"},  {32001, "blosc"}, {32004, "lz4"},
       {32008, "bitshuffle"},     {32013, "zfp"}, {32015, "zstd"}, {32017, "sz"},    {32026, "blosc2"},

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file HDF5's C interface made safe: handles that close, errors that are exceptions, one lock. For this folder
-/// only.
+/// @file Wrapper of HDF5's C interface: self-closing handles, errors as exceptions, one global lock. Internal to this
+/// folder.
 #pragma once
 
 #include <hdf5.h>
@@ -13,7 +13,7 @@
 
 namespace tofgraph::io::h5 {
 
-/// Debian's HDF5 is not thread-safe: every call is made while this is held, by all captures of the process.
+/// Lock held during every HDF5 call by all captures of the process, because Debian's HDF5 is not thread-safe.
 class Lock {
  public:
   Lock();
@@ -22,17 +22,17 @@ class Lock {
   std::unique_lock<std::mutex> lock_;
 };
 
-/// Cause of the last failed call, in plain words. HDF5's own name functions and variables of the library.
+/// Cause of the last failed call, in plain words. HDF5's messages refer to its internal functions and variables.
 struct Failure {
-  std::string text;            ///< "it was cut off: it has 600 of 1300 bytes", or what the system says
+  std::string text;            ///< "it was cut off: it has 600 of 1300 bytes", or the system's error text
   bool being_written = false;  ///< the file is marked as open for writing
 };
 
-/// The innermost cause; clears the stack.
+/// Innermost cause; clears the error stack.
 Failure last_failure();
 inline std::string last_error() { return last_failure().text; }
 
-/// An identifier that is given back.
+/// Owner of an HDF5 identifier.
 class Handle {
  public:
   using Close = herr_t (*)(hid_t);
@@ -48,7 +48,7 @@ class Handle {
   void reset() {
     if (id_ >= 0) close_(release());
   }
-  /// Hands the identifier out: the caller closes it.
+  /// Releases the identifier: the caller closes it.
   hid_t release() { return std::exchange(id_, H5I_INVALID_HID); }
   operator hid_t() const { return id_; }
   explicit operator bool() const { return id_ >= 0; }
@@ -64,12 +64,12 @@ template <class Result> Result check(Result result, const std::string& what) {
   return result;
 }
 
-/// Names the first compression filter of a dataset that this HDF5 does not have, and what to do; empty: all are there.
+/// Name of the first compression filter of a dataset that this HDF5 lacks, and how to get it; empty: none is missing.
 std::string missing_filter(hid_t dataset);
 
-/// HDF5's type of an element in memory; for TOFGRAPH_TYPE_F32 and so on.
+/// HDF5 memory type of an element, for TOFGRAPH_TYPE_F32 and so on.
 hid_t memory_type(std::uint32_t element_type);
-/// The border's code of a type in a file, TOFGRAPH_TYPE_ANY for what has none.
+/// Plugin-interface code of a type in a file; TOFGRAPH_TYPE_ANY if it has none.
 std::uint32_t element_type_of(hid_t type);
 
 }  // namespace tofgraph::io::h5

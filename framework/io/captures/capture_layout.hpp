@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The names in a capture and what they hold. For this folder only.
+/// @file Names and contents of a capture's HDF5 objects. Internal to this folder.
 #pragma once
 
 #include <tofgraph/plugin.h>
@@ -12,25 +12,25 @@ namespace tofgraph::io::layout {
 inline constexpr const char* format = "tofgraph-capture";
 inline constexpr int version = 1;
 inline constexpr const char* group = "frames";
-/// Root attribute, or a dataset of bytes beside the group: where it was known only at the end of a recording.
+/// Root attribute, or a dataset of bytes beside the group if it was known only at the end of a recording.
 inline constexpr const char* provenance = "provenance";
-/// Root attributes: of the exposures, in their order, rad and Hz.
+/// Root attributes of the exposures, in their order, rad and Hz.
 inline constexpr const char *phase = "exposure_phase_rad", *frequency = "exposure_frequency_hz";
 
-/// The words on a capture that was cut off before the end of its first frame.
+/// Message for a capture that was cut off before the end of its first frame.
 inline constexpr const char* no_complete_frame = "holds no complete frame yet";
 
 /// 0 degC in kelvin.
 inline constexpr double zero_celsius = 273.15;
 
-/// Value of a metadata array.
+/// Value in a metadata array.
 union Element {
   std::int64_t integer;
   std::uint64_t count;
   double number;
 };
 
-/// An array of length N under /frames, one value a frame.
+/// Array of length N under /frames, one value per frame.
 struct Metadata {
   const char* name;
   bool required;

@@ -15,7 +15,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// The name of the one dataset of a file, or `map`.
+/// Name of the only dataset of a file, or `map`.
 std::string only_dataset(hid_t file) {
   std::string only = "map";
   H5G_info_t group{};
@@ -37,7 +37,7 @@ std::vector<std::string> names_at_root(hid_t file) {
   return names;
 }
 
-/// Returns whether every chunk of a dataset was written, or all of its bytes if it has no chunks.
+/// Returns true if every chunk of a dataset was written, or all of its bytes if it is not chunked.
 bool is_stored_whole(hid_t data, hid_t space, std::size_t rank, const std::array<hsize_t, 3>& extent) {
   const h5::Handle creation(H5Dget_create_plist(data), H5Pclose), type(H5Dget_type(data), H5Tclose);
   if (H5Pget_layout(creation) != H5D_CHUNKED)
@@ -88,7 +88,7 @@ ImageData load(const std::string& file, const std::string& wanted) {
 }  // namespace
 
 ImageData read_pixel_map(const std::string& file, const std::string& dataset) {
-  // A damaged file may take down the process that reads it.
+  // A damaged file may crash the process that reads it.
   run_trial({config::trial_program(), "map", file, dataset});
   return load(file, dataset);
 }

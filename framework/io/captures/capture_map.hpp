@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A number for every pixel, in an HDF5 file.
+/// @file Map of one number per pixel, in an HDF5 file.
 #pragma once
 
 #include "io/image_data.hpp"
@@ -11,13 +11,13 @@
 
 namespace tofgraph::io {
 
-/// A dataset height x width; its attribute `unit`, where it has one. @param dataset empty: the only one, or `map`
-/// @throws std::runtime_error what is missing or damaged
+/// Reads a dataset height x width and its optional attribute `unit`. @param dataset empty: the only one, or `map`
+/// @throws std::runtime_error naming what is missing or damaged
 ImageData read_pixel_map(const std::string& file, const std::string& dataset);
-/// Trial of a map in a separate process, within limits that this process keeps from then on.
+/// Test of a map, to be run in a separate process, under resource limits that remain in effect for the process.
 void read_pixel_map_on_trial(const std::string& file, const std::string& dataset);
 
-/// A map on its way into a file.
+/// Map to be written to a file.
 struct PixelMapData {
   std::string dataset, unit;
   std::vector<double> values;  ///< rows x columns

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The arrays of a capture with one value for each frame. For this folder only; the lock is held by the caller.
+/// @file Arrays of a capture with one value per frame. Internal to this folder; the caller holds the lock.
 #pragma once
 
 #include "io/captures/capture_layout.hpp"
@@ -15,15 +15,15 @@ struct MetadataArray {
   const layout::Metadata* kind;
   std::vector<layout::Element> values;
 
-  /// True where the values of these frames are all known.
+  /// True if the values of all these frames are known.
   bool knows(std::size_t first, std::size_t last) const;
 };
 
-/// The kind of an array; null: no array has this name.
+/// Kind of an array; null: no array has this name.
 const layout::Metadata* metadata_kind(const std::string& name);
 
-/// Reads what is left of an array in a file that was cut off after `end` bytes; the values of the other frames are
-/// unknown, their device numbers are their places.
+/// Reads the available part of an array in a file that was truncated to `end` bytes; values of the other frames are
+/// unknown, their device numbers are set to their indices.
 MetadataArray read_cut_array(hid_t group, const layout::Metadata& kind, std::size_t frames, std::uint64_t end);
 
 }  // namespace tofgraph::io::h5

@@ -31,10 +31,10 @@ namespace {
 constexpr std::int64_t max_side = 16384;  // px
 constexpr std::size_t max_datasets = 256;
 
-// What opening a capture may take.
-constexpr std::size_t trial_memory = 128U << 20U;  // bytes, beside
-constexpr std::size_t max_chunk = 512U << 20U;     // as much again as the file has, up to this
-constexpr unsigned trial_seconds = 10;             // of the processor
+// Resource limits for opening a capture.
+constexpr std::size_t trial_memory = 128U << 20U;  // bytes; twice the file size is added
+constexpr std::size_t max_chunk = 512U << 20U;     // bytes; maximum of the file size in this sum
+constexpr unsigned trial_seconds = 10;             // of CPU time
 
 /// Channels of which a capture needs at least one.
 constexpr const char* measurements[] = {"taps",  "phases",    "distance",  "range",
@@ -44,7 +44,7 @@ std::string shown(const std::vector<std::string>& names) {
   return names.empty() ? "nothing" : fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// The datasets of the group by name; what is not a dataset of this very file is left out.
+/// Names of the datasets in the group; links to other files and other objects are skipped.
 std::vector<std::string> names_in(hid_t group) {
   H5G_info_t info{};
   check(H5Gget_info(group, &info), "the group /frames");
@@ -77,7 +77,7 @@ struct CaptureReader::Impl {
   std::vector<h5::MetadataArray> metadata;
   std::vector<std::string> ignored;
   std::size_t frames = 0, announced = 0;
-  std::uint64_t end = not_cut;  // bytes that are left of a file that was cut off
+  std::uint64_t end = not_cut;  // length of a truncated file in bytes
 
   bool is_cut() const { return end != not_cut; }
   void check_file() const;
@@ -128,7 +128,7 @@ void CaptureReader::Impl::load() {
   read_metadata();
 }
 
-/// The first and the last frame of each channel: what could go wrong inside of HDF5 goes wrong with these.
+/// Reads the first and the last frame of each channel, which provokes any failure inside HDF5.
 void CaptureReader::Impl::try_frames() const {
   for (std::size_t i = 0; i < channels.size(); ++i) {
     std::vector<std::byte> frame(channels[i].bytes());
@@ -167,7 +167,7 @@ void CaptureReader::Impl::open() {
   h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
   if (h5) return;
   h5::Failure why = h5::last_failure();
-  // A recording that runs, or whose recorder was killed, is marked: it can be read up to its last flush.
+  // A recording in progress or whose recorder was killed is marked: it can be read up to its last flush.
   if (why.being_written) {
     check(H5Pset_metadata_read_attempts(access, 10), "reading while it is written");
     h5 = Handle(H5Fopen(file.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access), H5Fclose);
@@ -209,7 +209,7 @@ void CaptureReader::Impl::read_header() {
   header.serial = h5::text_attribute(h5, "serial");
   header.sources = names_between_commas(h5::text_attribute(h5, "sources"));
   header.provenance = h5::text_attribute(h5, layout::provenance);
-  // Written last: what a kill has left of it says nothing.
+  // Written last: after a kill it may be incomplete.
   if (finished && H5Lexists(h5, layout::provenance, H5P_DEFAULT) > 0)
     header.provenance = Dataset(h5, layout::provenance).text();
   read_exposures();
@@ -267,18 +267,18 @@ void CaptureReader::Impl::add_channel(Dataset dataset) {
   datasets.push_back(std::move(dataset));
 }
 
-/// Datasets of other names are channels of stages that this program may not know, or something else.
+/// Datasets with other names are channels of stages unknown to this program, or unrelated.
 void CaptureReader::Impl::add_unknown(const std::string& name) {
   try {
     Dataset dataset(group, name, end);
     const bool same_number = finished ? dataset.frames() == frames : dataset.frames() > 0;
     if (dataset.as_channel(header) && same_number) return add_channel(std::move(dataset));
-  } catch (const std::exception&) {  // what is none of the format's is not a mistake of the capture
+  } catch (const std::exception&) {  // not an error of the capture
   }
   ignored.push_back(name);
 }
 
-/// All datasets hold the same number of frames; in a recording that was cut off those count that are in all.
+/// All datasets contain the same number of frames; in a recording that was cut off only frames present in all count.
 void CaptureReader::Impl::settle_frames(const Dataset& dataset) {
   const std::size_t stored = dataset.stored_frames(finished);
   const bool first = frames == std::numeric_limits<std::size_t>::max();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Datasets that grow while a capture is written. For this folder only; the lock is held by the caller.
+/// @file Datasets that grow while a capture is written. Internal to this folder; the caller holds the lock.
 #pragma once
 
 #include "io/captures/capture_hdf5.hpp"
@@ -12,7 +12,7 @@
 
 namespace tofgraph::io::h5 {
 
-/// Text that comes when the file is already open to readers: nothing can be added to it then but rows of a dataset.
+/// Text that is known only after the file was opened for readers: from then on only rows of datasets can be added.
 class LateText {
  public:
   LateText() = default;
@@ -20,7 +20,7 @@ class LateText {
     const hsize_t none = 0, any = H5S_UNLIMITED, chunk = 16384;
     const Handle space(H5Screate_simple(1, &none, &any), H5Sclose);
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
+    H5Pset_obj_track_times(creation, false);  // for reproducible files
     check(H5Pset_chunk(creation, 1, &chunk), name);
     dataset_ =
         Handle(check(H5Dcreate2(file, name, H5T_STD_U8LE, space, H5P_DEFAULT, creation, H5P_DEFAULT), name), H5Dclose);
@@ -37,7 +37,7 @@ class LateText {
   Handle dataset_;
 };
 
-/// A dataset that grows by one frame at a time.
+/// Dataset that grows by one frame at a time.
 struct Series {
   Handle dataset, frame_space;
   std::vector<hsize_t> size;  // number of frames first
@@ -55,14 +55,14 @@ struct Series {
     const int rank = static_cast<int>(size.size());
     const Handle space(H5Screate_simple(rank, size.data(), most.data()), H5Sclose);
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
+    H5Pset_obj_track_times(creation, false);  // for reproducible files
     check(H5Pset_chunk(creation, rank, chunk.data()), "the chunks of " + name);
     if (compression > 0) {
       check(H5Pset_shuffle(creation), "byte shuffling");
       check(H5Pset_deflate(creation, static_cast<unsigned>(compression)), "compression");
     }
     const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-    // A chunk that is a whole frame goes straight to the file.
+    // A chunk that is a complete frame is written to the file directly.
     if (chunk_frames == 1) check(H5Pset_chunk_cache(access, 0, 0, H5D_CHUNK_CACHE_W0_DEFAULT), "the chunk cache");
     dataset = Handle(check(H5Dcreate2(group, name.c_str(), stored_as, space, H5P_DEFAULT, creation, access),
                            name + " cannot be created"),

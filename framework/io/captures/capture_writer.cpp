@@ -32,10 +32,10 @@ std::uint64_t CaptureChannel::bytes() const { return elements() * element_size(t
 
 namespace {
 
-/// Frames of a metadata array in one chunk: small, because each flush writes the last one again.
+/// Frames per chunk of a metadata array: small, because each flush rewrites the last chunk.
 constexpr hsize_t metadata_chunk = 128;
 
-/// Space that HDF5 may need beside the frames: growing indices, data written at closing.
+/// Space that HDF5 may need in addition to the frames: growing indices, data written at closing.
 constexpr std::uint64_t room_for_indices = 1U << 20U;  // bytes
 
 void write_optional(hid_t object, const char* name, const std::string& value) {
@@ -48,7 +48,7 @@ void write_integer(hid_t object, const char* name, std::int64_t value) {
   check(H5Awrite(attribute, H5T_NATIVE_INT64, &value), fmt::format("attribute {} cannot be written", name));
 }
 
-/// The newest format is the one that can be read while it is written, and that a kill cannot leave torn (SWMR).
+/// The latest file format, which supports reading during writing and stays consistent after a kill (SWMR).
 Handle access() {
   Handle properties(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   check(H5Pset_libver_bounds(properties, H5F_LIBVER_V110, H5F_LIBVER_V110), "the format's version");
@@ -79,12 +79,12 @@ struct CaptureWriter::Impl {
   fs::path file, part;
   std::vector<CaptureChannel> channels;
   CaptureOptions options;
-  std::unique_ptr<DiskSpace> space;  // outlives the file: what is reserved is used when it is closed
+  std::unique_ptr<DiskSpace> space;  // outlives the file, whose closing uses the reservation
   std::unique_ptr<PartFile> part_file;
   Handle h5;
   std::vector<Series> series, metadata;
   LateText provenance;
-  std::uint64_t frame_bytes = 0;  // at most, with what compression may add
+  std::uint64_t frame_bytes = 0;  // maximum, including the overhead of compression
   std::size_t frames = 0;
   bool broken = false;
 
@@ -146,7 +146,7 @@ CaptureWriter::~CaptureWriter() {
 
 void CaptureWriter::Impl::create(const CaptureHeader& header) {
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  H5Pset_obj_track_times(creation, false);  // the same frames give the same bytes
+  H5Pset_obj_track_times(creation, false);  // for reproducible files
   h5 = Handle(check(H5Fcreate(part.c_str(), H5F_ACC_EXCL, creation, access()), "cannot be made"), H5Fclose);
   write_text(h5, "format", layout::format);
   write_integer(h5, "version", layout::version);
@@ -217,7 +217,7 @@ void CaptureWriter::append(const tofgraph_metadata& metadata, std::span<const to
   if (views.size() != self.channels.size()) self.fail("expected as many views as channels");
   for (std::size_t i = 0; i < views.size(); ++i) self.check_view(views[i], self.channels[i]);
   if (self.broken) self.fail("was not written completely");
-  self.broken = true;  // until the frame is whole
+  self.broken = true;  // until the frame is complete
   const h5::Lock lock;
   try {
     self.space->reserve(self.frame_bytes + room_for_indices);
@@ -227,7 +227,7 @@ void CaptureWriter::append(const tofgraph_metadata& metadata, std::span<const to
   try {
     for (std::size_t i = 0; i < views.size(); ++i) self.series[i].append(views[i].data);
     self.append_metadata(metadata);
-    check(H5Fflush(self.h5, H5F_SCOPE_LOCAL), "cannot be written");  // not measurable beside the writing itself
+    check(H5Fflush(self.h5, H5F_SCOPE_LOCAL), "cannot be written");  // negligible cost compared with writing
   } catch (const std::exception& problem) {
     self.divert_writing();
     self.fail(problem.what());
@@ -238,7 +238,7 @@ void CaptureWriter::append(const tofgraph_metadata& metadata, std::span<const to
 
 std::size_t CaptureWriter::frames() const { return impl_->frames; }
 
-/// After a failure inside of HDF5: it would try again whenever it can, and leave a frame that is not there.
+/// Called after a failure inside HDF5, which would otherwise retry and leave an invalid frame.
 void CaptureWriter::Impl::divert_writing() {
   void* descriptor = nullptr;
   if (H5Fget_vfd_handle(h5, H5P_DEFAULT, &descriptor) >= 0 && descriptor != nullptr)
@@ -255,7 +255,7 @@ void CaptureWriter::Impl::close() {
   part_file.reset();
 }
 
-/// The last that is written: a kill before its end leaves what every flush leaves.
+/// Last step of writing: a kill before its end leaves the state of the last flush.
 void CaptureWriter::Impl::close_whole(const std::string& text) {
   try {
     if (!text.empty() && provenance) {

@@ -16,7 +16,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// Reserved at once, so that not every frame costs a call that changes the file's blocks.
+/// Space reserved at once, so that not every frame needs a call that changes the file's blocks.
 constexpr std::uint64_t step = 16U << 20U;  // bytes
 
 [[noreturn]] void refuse(int error) {
@@ -40,7 +40,7 @@ std::uint64_t DiskSpace::file_size() const {
   return static_cast<std::uint64_t>(status.st_size);
 }
 
-/// @returns false when the disk has not so much
+/// @returns false if the disk has too little space
 bool DiskSpace::allocate(std::uint64_t bytes) {
   for (;;) {
     if (fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, static_cast<off_t>(end_), static_cast<off_t>(bytes)) == 0) break;
@@ -69,7 +69,7 @@ void DiskSpace::reserve(std::uint64_t bytes) {
 
 void DiskSpace::release() noexcept {
   struct stat status {};
-  // To the size that it has: what lies behind is given back.
+  // Truncating to the current size releases the reservation.
   if (supported_ && end_ != 0 && fstat(descriptor_, &status) == 0 &&
       static_cast<std::uint64_t>(status.st_size) < end_ && ftruncate(descriptor_, status.st_size) == 0)
     end_ = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Room on the disk for what HDF5 is about to write. For this folder only.
+/// @file Disk space reserved for HDF5's writes. Internal to this folder.
 #pragma once
 
 #include <cstdint>
@@ -8,19 +8,19 @@
 
 namespace tofgraph::io {
 
-/// HDF5 cannot take back what it has half written when a disk is full. Therefore the room for a frame is reserved
-/// before HDF5 hears of it: a frame that does not fit leaves the file as it was.
+/// Reservation of disk space. HDF5 cannot undo a partial write on a full disk, so the space for a frame is reserved
+/// before HDF5 writes: a frame that does not fit leaves the file unchanged.
 class DiskSpace {
  public:
-  /// @param file that HDF5 writes. @throws std::runtime_error
+  /// @param file file that HDF5 writes. @throws std::runtime_error
   explicit DiskSpace(const std::filesystem::path& file);
   ~DiskSpace();
   DiskSpace(const DiskSpace&) = delete;
   DiskSpace& operator=(const DiskSpace&) = delete;
 
-  /// Makes sure that the file can grow by so much. @throws std::runtime_error why it cannot: the disk is full
+  /// Ensures that the file can grow by this many bytes. @throws std::runtime_error if it cannot: the disk is full
   void reserve(std::uint64_t bytes);
-  /// Gives back what was reserved and not used. For when nothing is written any more.
+  /// Releases unused space. Call it after the last write.
   void release() noexcept;
 
  private:
@@ -28,12 +28,12 @@ class DiskSpace {
   std::uint64_t file_size() const;
 
   int descriptor_ = -1;
-  std::uint64_t end_ = 0;  ///< bytes from the file's beginning that are reserved
+  std::uint64_t end_ = 0;  ///< reserved bytes, counted from the beginning of the file
   bool supported_ = true;  ///< by the file system
 };
 
-/// Points HDF5's own descriptor of a file at nothing: what HDF5 still has to write, after a failure, goes nowhere, and
-/// the file stays as its last flush has left it. @param descriptor of the file, as HDF5's driver has it
+/// Redirects HDF5's descriptor of a file after a failure, so that pending writes of HDF5 are discarded and the file
+/// stays as of its last flush. @param descriptor of the file, from HDF5's driver
 void divert(int descriptor) noexcept;
 
 }  // namespace tofgraph::io

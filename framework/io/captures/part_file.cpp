@@ -20,7 +20,7 @@ namespace {
 [[noreturn]] void fail(const std::string& what) { throw std::runtime_error(what); }
 std::string reason(int error) { return std::generic_category().message(error); }
 
-/// The whole file. Of its own kind beside HDF5's locks, which keep readers out.
+/// Lock on the whole file. A different kind from HDF5's locks, which would exclude readers.
 struct flock whole_file(short kind) {
   struct flock lock {};
   lock.l_type = kind;
@@ -32,7 +32,7 @@ struct flock whole_file(short kind) {
 int rename_to_new(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return 0;
   if (errno != EINVAL && errno != ENOSYS) return errno;
-  std::error_code error;  // a file system without that
+  std::error_code error;  // no support by the file system
   if (fs::exists(fs::symlink_status(to, error))) return EEXIST;
   return rename(from.c_str(), to.c_str()) == 0 ? 0 : errno;
 }
@@ -41,8 +41,8 @@ int rename_to_new(const fs::path& from, const fs::path& to) {
 
 PartFile::PartFile(fs::path path) : path_(std::move(path)), descriptor_(open(path_.c_str(), O_RDWR | O_CLOEXEC)) {
   if (descriptor_ < 0) fail("cannot be opened: " + reason(errno));
-  // Shared, so that on network file systems, where all kinds of locks are one, it keeps no reader out. Where there are
-  // no locks the recording is worth more than the warning to others.
+  // Shared, because on network file systems, where all kinds of locks are one, an exclusive lock would exclude readers.
+  // Without lock support recording continues, without a warning to other programs.
   struct flock mark = whole_file(F_RDLCK);
   static_cast<void>(fcntl(descriptor_, F_OFD_SETLK, &mark));
 }

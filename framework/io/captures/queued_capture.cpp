@@ -16,7 +16,7 @@
 namespace tofgraph::io {
 namespace {
 
-/// Size of a view without gaps; others are refused when they are written.
+/// Size of a view without gaps; other views are rejected when they are written.
 std::size_t bytes_of(const tofgraph_view& view) {
   std::size_t bytes = view.data != nullptr ? element_size(view.type) : 0;
   for (std::uint32_t i = 0; i < view.rank; ++i) bytes *= view.extent[i];
@@ -47,7 +47,7 @@ void QueuedCapture::write_all() {
   }
 }
 
-/// @returns false after a failure: what waits then is lost
+/// @returns false after a failure: queued frames are lost
 bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
   Waiting frame = std::move(queue_.front());
   queue_.pop_front();
@@ -70,7 +70,7 @@ bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
   return written;
 }
 
-/// Keeps the memory of a frame for one to come, where there is memory to remember it.
+/// Keeps the memory of a frame for reuse, unless memory for the list itself is exhausted.
 void QueuedCapture::keep(Waiting frame) noexcept {
   try {
     spare_.push_back(std::move(frame));

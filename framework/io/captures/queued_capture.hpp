@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file A capture that is written behind: who brings the frames does not wait for the disk.
+/// @file Capture with deferred writing: the producer of frames does not wait for the disk.
 #pragma once
 
 #include "io/captures/capture.hpp"
@@ -18,21 +18,21 @@
 
 namespace tofgraph::io {
 
-/// Copies frames into a queue of bounded memory, from which a thread of its own writes them. Only when the queue is
-/// full the caller waits. For one caller.
+/// Copies frames into a bounded queue, from which a separate thread writes them. The caller waits only if the queue is
+/// full. For a single caller.
 class QueuedCapture {
  public:
-  /// @param max_bytes of frames that wait; one frame may always wait
+  /// @param max_bytes limit of the queued frames; one frame may always be queued
   QueuedCapture(std::unique_ptr<CaptureWriter> writer, std::size_t max_bytes);
-  /// Writes what waits; without finish() the file keeps the name that it has meanwhile.
+  /// Writes the queued frames; without finish() the file keeps its temporary name.
   ~QueuedCapture();
   QueuedCapture(const QueuedCapture&) = delete;
   QueuedCapture& operator=(const QueuedCapture&) = delete;
 
-  /// Takes a copy of a frame; waits where the queue is full. The arguments: see CaptureWriter::append.
-  /// @throws std::runtime_error what the writing of this or an earlier frame failed with, and how many frames are lost
+  /// Queues a copy of a frame; waits if the queue is full. Arguments: see CaptureWriter::append.
+  /// @throws std::runtime_error the failure of writing this or an earlier frame, and the number of lost frames
   void append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views);
-  /// Writes what waits and gives the file its name. @throws std::runtime_error as append()
+  /// Writes the queued frames and renames the file. @throws std::runtime_error as append()
   void finish(const std::string& provenance = {});
 
  private:
@@ -55,8 +55,8 @@ class QueuedCapture {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Waiting> queue_;
-  std::vector<Waiting> spare_;  ///< memory of frames that were written
-  std::size_t bytes_ = 0;       ///< that wait or are being written
+  std::vector<Waiting> spare_;  ///< memory of written frames, for reuse
+  std::size_t bytes_ = 0;       ///< queued or being written
   std::size_t taken_ = 0;       ///< frames
   bool ending_ = false;
   std::optional<std::string> error_;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The images of a capture as numbers, whatever type they were stored as. For those who read many frames.
+/// @file Images of a capture as numbers, independent of the stored type. For code that reads many frames.
 #pragma once
 
 #include "io/captures/capture.hpp"
@@ -15,19 +15,19 @@ namespace tofgraph::io {
 
 class Recording {
  public:
-  /// Content of the frames; the first of these that there is. decoded: distance and amplitude; images: amplitude or
-  /// intensity alone.
+  /// Content of the frames; the first available one. decoded: distance and amplitude; images: amplitude or intensity
+  /// alone.
   enum class Kind { taps, phases, decoded, distances, images };
 
-  /// @throws std::runtime_error when the capture cannot be read, or has no taps, phases, distance, amplitude or
+  /// @throws std::runtime_error if the capture cannot be read, or has no taps, phases, distance, amplitude or
   /// intensity
   explicit Recording(const std::filesystem::path& file);
 
   const CaptureReader& reader() const { return reader_; }
   Kind kind() const { return kind_; }
-  /// P x 2 x pixels. @throws std::runtime_error
+  /// Taps of a frame, P x 2 x pixels. @throws std::runtime_error
   std::vector<std::uint16_t> taps(std::size_t frame) const { return read<std::uint16_t>("taps", frame); }
-  /// A channel of float32, int16 or int32; invalid lengths are NaN in length channels. @throws
+  /// Channel of float32, int16 or int32; invalid lengths are NaN in length channels. @throws
   /// std::runtime_error
   std::vector<float> floats(const char* name, std::size_t frame) const;
 

@@ -53,7 +53,7 @@ class Images {
   std::vector<tofgraph_view> views_;
 };
 
-/// Removed unless the capture has got its name: it is a copy, nothing is lost with it.
+/// Removes the copy unless it was renamed to the capture; nothing is lost with it.
 struct Temporary {
   fs::path path;
   Temporary(const fs::path& file, const char* ending)
@@ -66,13 +66,13 @@ struct Temporary {
   Temporary& operator=(const Temporary&) = delete;
 };
 
-/// Size of the whole file by its HDF5 superblock; 0: there is none.
+/// File size according to its HDF5 superblock; 0: there is none.
 std::uint64_t announced_size(const fs::path& file) {
   constexpr unsigned char signature[] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
   std::array<unsigned char, 64> head{};
   std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(head.data()), head.size());
   if (!std::equal(std::begin(signature), std::end(signature), head.begin())) return 0;
-  // Offsets of the end-of-file address and of the size of addresses, by the version of the superblock.
+  // Offsets of the end-of-file address and of the address size, by superblock version.
   constexpr std::size_t end_at[] = {40, 44, 28, 28}, size_at[] = {13, 13, 9, 9};
   const std::size_t version = head[8];
   if (version >= std::size(end_at) || head[size_at[version]] != 8) return 0;
@@ -81,7 +81,7 @@ std::uint64_t announced_size(const fs::path& file) {
   return size;
 }
 
-/// The reader of a recording; of a file that was cut off by way of a copy that is extended by zeros.
+/// Reader of a recording; a truncated file is read from a copy that is extended with zeros.
 struct RepairSource {
   std::unique_ptr<CaptureReader> reader;
   bool cut = false;
@@ -138,7 +138,7 @@ Repaired repair_capture(const fs::path& part, const fs::path& file, bool overwri
       writer.append(metadata, images.read(reader, result.frames));
     } catch (const std::runtime_error&) {
       if (!source.cut || result.frames == 0) throw;
-      break;  // its chunk is there, but damaged
+      break;  // its chunk exists but is damaged
     }
     if (frame_done) frame_done(result.frames + 1, reader.frames());
   }

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t block = 512;  ///< bytes before HDF5's, which leaves them alone ("user block")
+constexpr std::size_t block = 512;  ///< bytes before HDF5's, which HDF5 ignores ("user block")
 constexpr std::string_view magic = "tofgraph-statistics ";
 constexpr int compression = 4;
 
@@ -52,7 +52,7 @@ void check_bytes(const fs::path& file) {
     fail("is damaged: its content does not have the SHA-256 that it states; `tofgraph reduce` makes it again");
 }
 
-/// Numbers of the header that are not text, in this order.
+/// Numeric values of the header, in this order.
 std::vector<double> numbers_of(const StatisticsHeader& h, const PixelSums& sums) {
   const CaptureFacts& f = h.facts;
   return {static_cast<double>(h.frames[0]), static_cast<double>(h.frames[1]),
@@ -86,7 +86,7 @@ template <class T> std::vector<T> read_vector(hid_t file, const char* name, hid_
   return values;
 }
 
-/// The bytes of an HDF5 file that is made in memory: HDF5 then never meets a full disk, after which it may crash.
+/// Bytes of an HDF5 file built in memory, so that HDF5 never encounters a full disk, which can crash it.
 std::string hdf5_image(const Statistics& s) {
   const h5::Lock lock;
   const h5::Handle access(h5::check(H5Pcreate(H5P_FILE_ACCESS), "statistics"), H5Pclose);
@@ -154,7 +154,7 @@ Statistics read_hdf5(const fs::path& path, bool with_sums) {
   for (std::size_t k = 0; k + 1 < exposures.size(); k += 2) c.exposures.push_back({exposures[k], exposures[k + 1]});
   if (!with_sums) return s;
   const std::size_t pixels = std::size_t{c.width} * c.height;
-  const std::size_t steps = h.facts.exposures > 0 ? h.facts.exposures : 4;  // decoded frames stand for four
+  const std::size_t steps = h.facts.exposures > 0 ? h.facts.exposures : 4;  // decoded: stored as four phases
   s.sums.sum = read_vector<double>(file, "sum", H5T_NATIVE_DOUBLE, pixels * steps);
   s.sums.square = read_vector<double>(file, "square", H5T_NATIVE_DOUBLE, pixels);
   s.sums.intensity = read_vector<double>(file, "intensity", H5T_NATIVE_DOUBLE, pixels);

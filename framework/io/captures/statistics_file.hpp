@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Statistics of one capture (.stats): the sums over its frames that a gap search needs of every pixel, in HDF5 behind
-/// a first block that holds the SHA-256 of the rest. The layout is that of docs/formats/statistics.md.
+/// Statistics of one capture (.stats): per-pixel sums over its frames for a gap search, in HDF5 after a first block
+/// that contains the SHA-256 of the rest. The layout is documented in docs/formats/statistics.md.
 #pragma once
 
 #include "io/captures/capture.hpp"
@@ -16,11 +16,11 @@
 
 namespace tofgraph::io {
 
-/// Origin of statistics.
+/// Origin of the statistics.
 struct StatisticsHeader {
   std::string key;                        ///< SHA-256 of `settings`
-  std::string settings;                   ///< all that the sums depend on, one "name value" a line
-  std::string capture;                    ///< path relative to the campaign that it was reduced for
+  std::string settings;                   ///< everything the sums depend on, one "name value" per line
+  std::string capture;                    ///< path relative to the campaign for which it was reduced
   std::string capture_sha256;             ///< of the capture's bytes
   CaptureFacts facts;                     ///< of the capture
   std::array<std::uint64_t, 2> frames{};  ///< first and last frame that were used
@@ -30,10 +30,10 @@ struct StatisticsHeader {
 struct PixelSums {
   std::string kind;  ///< taps, phases, decoded or distances: see io::Recording
   std::uint64_t frames = 0;
-  double limit = 0;               ///< counts from which a tap is saturated; infinite: not known
+  double limit = 0;               ///< saturation level of a tap, counts; infinite: unknown
   std::vector<double> sum;        ///< pixels x exposures, of c_k, counts
   std::vector<double> square;     ///< pixels, of c_k^2 over all k, counts^2
-  std::vector<double> intensity;  ///< pixels, of the taps' mean, counts
+  std::vector<double> intensity;  ///< pixels, of the mean of the taps, counts
   std::vector<std::uint8_t> bad;  ///< pixels: bit 1 no number in a frame, bit 2 saturated in a frame
 };
 
@@ -48,14 +48,14 @@ inline constexpr int statistics_version = 1;
 /// True for the name of a statistics file.
 bool is_statistics(const std::filesystem::path& file);
 
-/// Writes the file whole or not at all; the same statistics give the same bytes. @throws std::runtime_error
+/// Writes the file atomically; the same statistics give the same bytes. @throws std::runtime_error
 void write_statistics(const std::filesystem::path& file, const Statistics& statistics);
 
-/// Reads a file and checks it against its hash first, so that damage is found before HDF5 sees it.
+/// Reads a file after checking it against its hash, so that damage is found before HDF5 reads it.
 /// @throws std::runtime_error naming the file: damaged, another format version, unreadable
 Statistics read_statistics(const std::filesystem::path& file);
 
-/// The same without the sums.
+/// Reads the header without the sums.
 StatisticsHeader read_statistics_header(const std::filesystem::path& file);
 
 }  // namespace tofgraph::io

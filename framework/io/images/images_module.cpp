@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files of images: HDF5, PNG, TIFF, NumPy. A module, so that what never reads one links none of their libraries.
+// Image files: HDF5, PNG, TIFF, NumPy. A module, so that programs that read none do not link their libraries.
 #include <opencv2/core.hpp>
 
 #include <fmt/format.h>

@@ -50,7 +50,7 @@ const session = app.session = new Session({
       app.at = app.frames.length - 1;
       schedule();
     } else {
-      session.held = true;  // one frame may still have been under way
+      session.held = true;  // a frame may still be in flight
     }
   },
   state(state) {
@@ -102,7 +102,7 @@ function draw() {
   if (tab === 'pixel') tools(frame, fresh);
 }
 
-/// Names come from files: they are text, never HTML.
+/// Names come from files, so they are inserted as text, never as HTML.
 function tableRow(...cells) {
   const row = element('tr');
   row.append(...cells);
@@ -124,7 +124,7 @@ function tools(frame, fresh) {
   for (const name of names)
     $('cursor').append(tableRow(element('td', name), ...rows.map((values) => number((values.find(([n]) => n === name) || ['', ''])[1]))));
   const now = performance.now();
-  if (fresh && now - lastTools < 500 && !app.paused) return;  // the plots need not keep up with every frame
+  if (fresh && now - lastTools < 500 && !app.paused) return;  // the plots may skip frames
   lastTools = now;
   const images = pane.shownImages().map((image) => image.name);
   const name = images.includes(marks.channel) && marks.channel !== 'flags' ? marks.channel : images.find((n) => n !== 'flags');

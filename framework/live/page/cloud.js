@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The cloud: what is drawn and from where. The points themselves are drawn by the graphics processor, or where there is
-// none by drawn_points.js: software that imitates one takes 0.8 microseconds per point.
+// The cloud: its content and the view. The points are drawn by the GPU or, without one, by drawn_points.js: software
+// emulation of a GPU takes 0.8 microseconds per point.
 import {cloudOf, codeRange} from './decode.js';
 import {DrawnPoints} from './drawn_points.js';
 import {GlPoints} from './gl_points.js';
 
-function multiply(a, b) {  // columns first, as WebGL has them
+function multiply(a, b) {  // column-major, as in WebGL
   const out = new Float32Array(16);
   for (let c = 0; c < 4; ++c)
     for (let r = 0; r < 4; ++r)
@@ -14,7 +14,7 @@ function multiply(a, b) {  // columns first, as WebGL has them
   return out;
 }
 
-/// View and projection for an eye around a target; the optical frame has x right, y down, z forward.
+/// View and projection matrices for an eye and a target; the optical frame has x right, y down, z forward.
 export function matrixOf(view, aspect) {
   const {yaw, pitch, distance, target, angle} = view;
   const forward = [Math.sin(yaw) * Math.cos(pitch), Math.sin(pitch), Math.cos(yaw) * Math.cos(pitch)];
@@ -32,7 +32,7 @@ export function matrixOf(view, aspect) {
 
 export const newView = () => ({name: 'orbit', yaw: 0.5, pitch: 0.35, distance: 0, target: [0, 0, 1], angle: 0.8, placed: false});
 
-/// View: where the eye is. The middle and the extent of the cloud are in m.
+/// Camera position of the view. Centre and extent of the cloud are in m.
 export function place(view, name, {middle, extent}) {
   view.name = name;
   view.placed = true;
@@ -59,8 +59,8 @@ export class Cloud {
     this.points = software ? new DrawnPoints(canvas) : new GlPoints(canvas);
   }
 
-  /// Takes a frame. @param by depth, amplitude, sigma, flags, z: what the colours mean
-  /// @returns the range of the colours, or null when there is no cloud
+  /// Accepts a frame. @param by depth, amplitude, sigma, flags, z: the quantity shown as colour
+  /// @returns the range of the colours, or null if there is no cloud
   take(channels, rays, info, by) {
     this.count = 0;
     const cloud = cloudOf(channels, rays, info);
@@ -73,7 +73,7 @@ export class Cloud {
     return colours;
   }
 
-  /// Meaning of the colours: mode codes, flags or z; the codes or lengths at both ends.
+  /// Colour scale: by codes, flags or z, with the codes or lengths at both ends.
   coloursOf(channels, cloud, by) {
     const same = (c) => c && c.rows === cloud.channel.rows && c.columns === cloud.channel.columns;
     const wanted = by === 'depth' ? channels.depth || channels.range || channels.points : channels[by];
@@ -87,7 +87,7 @@ export class Cloud {
     return {mode: 'z', codes: null, from: low, to: high, low, high, unit: 'm', name: 'z'};
   }
 
-  /// Middle, extent and range of z of the cloud, from some of its points.
+  /// Centre, extent and range of z of the cloud, estimated from a subset of its points.
   measure(rays, cloud) {
     const {channel} = cloud, x = [], y = [], z = [];
     const every = Math.max(1, Math.floor(this.count / 4000));

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of the server as frames and values. The format: docs/live_view.md.
+// Decodes messages of the server to frames and values. Format: docs/live_view.md.
 
 export const RAYS = 1, FRAME = 2;
 
-/// Header and position of the values of a binary message.
+/// Header and offset of the values of a binary message.
 export function parse(buffer) {
   const head = new DataView(buffer);
   const bytes = head.getUint32(4, true);
@@ -17,7 +17,7 @@ export function raysOf(message, buffer) {
   return {rows, columns, values: new Float32Array(buffer, message.start, rows * columns * 3)};
 }
 
-/// Frame: number, time, and per node its channels by name.
+/// Frame: number, time, and the channels of each node by name.
 export function frameOf(message, buffer) {
   const nodes = {};
   for (const node of message.json.nodes) {
@@ -36,7 +36,7 @@ export function frameOf(message, buffer) {
           integrationTime: message.json.integration_time};
 }
 
-/// Value of pixel i in the channel's unit; NaN: none. Of flags the bits.
+/// Value of pixel i in the channel's unit; NaN: none. For flags the bits.
 export function valueAt(channel, i) {
   if (channel.type === 'bits') return channel.codes[i];
   if (channel.type === 'points') return channel.points[3 * i + 2];
@@ -44,7 +44,7 @@ export function valueAt(channel, i) {
   return code === 0 ? NaN : channel.offset + (code - 1) * channel.step;
 }
 
-/// Smallest and largest code but 0, without the outermost half per cent, so that single pixels do not take all colours.
+/// Smallest and largest non-zero code without the outermost 0.5 %, so that outliers do not set the colour range.
 export function codeRange(channel) {
   if (channel.range) return channel.range;
   const counts = new Uint32Array(65536);
@@ -59,7 +59,7 @@ export function codeRange(channel) {
   return channel.range = [low, Math.max(high, low + 1)];
 }
 
-/// Points of a node as x, y, z, NaN where there is none; null: it has no cloud.
+/// Points of a node as x, y, z, NaN where missing; null if it has no cloud.
 export function pointsOf(channels, rays, info) {
   const cloud = cloudOf(channels, rays, info);
   if (!cloud) return null;
@@ -73,7 +73,7 @@ export function pointsOf(channels, rays, info) {
   return points;
 }
 
-/// Channel that the cloud is made of, and how: alongZ: it counts along z, shift metres before the lens centre.
+/// Channel from which the cloud is computed. alongZ: depths along z from a plane `shift` metres behind the lens.
 export function cloudOf(channels, rays, info) {
   const fits = (c) => c && rays && c.rows === rays.rows && c.columns === rays.columns;
   const {points, range, depth} = channels;

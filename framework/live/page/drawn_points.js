@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Points drawn one by one into an image with a depth buffer, where there is no graphics processor.
+// Draws points one by one into an image with a depth buffer, if there is no GPU.
 import {pointsOf} from './decode.js';
 import {codeColours, colourWords, flagWord} from './images.js';
 

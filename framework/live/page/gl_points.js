@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Points by the graphics processor: the vertex shader makes each from the ray of its pixel and a 16-bit code.
+// Draws points with the GPU: the vertex shader computes each from the ray of its pixel and a 16-bit code.
 import {RISING, FLAGS, NO_FLAG, OTHER_FLAG} from './colours.js';
 
 const VERTEX = `#version 300 es

@@ -11,14 +11,14 @@ for (let i = 0; i < 1024; ++i) {
   const mix = (shift) => Math.round((RISING[first] >> shift & 255) * (1 - part) + (RISING[first + 1] >> shift & 255) * part);
   colourWords[i] = word(mix(16) << 16 | mix(8) << 8 | mix(0));
 }
-/// Colour of a pixel's flags: the reason says more than that the pixel is invalid.
+/// Colour of a pixel's flags: the reason takes precedence over the bit `invalid`.
 const flagColours = FLAGS.map((flag) => [flag.bit, word(flag.colour)]);
 export function flagWord(bits) {
   if (bits === 0) return word(NO_FLAG);
   const reason = flagColours.find(([bit]) => bits & bit && bit !== 1);
   return reason ? reason[1] : bits & 1 ? flagColours[0][1] : word(OTHER_FLAG);
 }
-/// Colours of all codes: those outside the range have the colours of its ends, 0 is grey.
+/// Colours of all codes: codes outside the range are clamped to its ends, 0 is grey.
 export function codeColours([low, high], words = new Uint32Array(65536)) {
   words.fill(colourWords[0], 1, low).fill(colourWords[1023], high + 1);
   for (let code = low; code <= high; ++code) words[code] = colourWords[(code - low) / (high - low) * 1023 | 0];
@@ -36,7 +36,7 @@ export function flagWords(bits) {
   return [...words, ...(rest ? [`bits ${rest}`] : [])].join(', ');
 }
 
-/// A length as text in millimetre, from 100 m on in metre; anything else with its unit.
+/// Length as text in millimetres, from 100 m on in metres; other values with their unit.
 export function quantity(value, unit, digits = 5) {
   if (Number.isNaN(value)) return 'no value';
   const text = (v) => Number(v.toPrecision(digits)).toString();
@@ -50,7 +50,7 @@ export class ImageView {
     this.figure.innerHTML = '<figcaption><b></b><span></span></figcaption><canvas></canvas><div></div>';
     this.figure.querySelector('b').textContent = name;
     this.canvas = this.figure.querySelector('canvas');
-    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // drawn by the processor
+    this.context = this.canvas.getContext('2d', {willReadFrequently: true});  // drawn in software
     this.legend = this.figure.querySelector('div');
     this.range = null;
   }
@@ -99,13 +99,13 @@ export class ImageView {
       this.legend.querySelector('i').style.background = gradient;
       this.bar = true;
     }
-    if (performance.now() - this.labelled < 400) return;  // text that flickers cannot be read
+    if (performance.now() - this.labelled < 400) return;  // flickering text would be unreadable
     this.labelled = performance.now();
     this.legend.firstChild.textContent = value(low);
     this.legend.lastChild.textContent = value(high);
   }
 
-  /// Marks over the image: a pixel, a region, a line, in pixels.
+  /// Marks on the image: a pixel, a region, a line, in pixels.
   mark({pixel, region, line}) {
     const {context} = this;
     context.lineWidth = Math.max(1, this.canvas.width / 200);

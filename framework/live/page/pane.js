@@ -8,7 +8,7 @@ import {valueAt} from './decode.js';
 const ORDER = ['depth', 'range', 'distance', 'amplitude', 'intensity', 'sigma', 'flags'];
 
 export class Pane {
-  /// @param shared view, colour, size and marks of all panes @param redraw to be called after a change of these
+  /// @param shared view, colour, size and marks of all panes @param redraw called after a change of these
   constructor(parent, shared, redraw) {
     this.shared = shared;
     this.redraw = redraw;
@@ -83,7 +83,7 @@ export class Pane {
     this.draw();
   }
 
-  /// Listens to the mouse over an image: pixel, region, line.
+  /// Handles the mouse on an image: selects pixel, region, line.
   point(image) {
     const {canvas} = image, {marks} = this.shared;
     const pixel = (event) => {
@@ -134,7 +134,7 @@ export class Pane {
     return 'No cloud: this node has no points, range or depth that fits the rays of the camera.';
   }
 
-  /// All channels of a pixel: [name, value in words].
+  /// All channels of a pixel: [name, value as text].
   valuesAt([x, y]) {
     return Object.values(this.channels).filter((c) => x < c.columns && y < c.rows && (c.codes || c.rows > 1)).map((channel) => {
       const value = valueAt(channel, y * channel.columns + x);

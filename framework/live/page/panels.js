@@ -11,7 +11,7 @@ export const element = (name, text, attributes = {}) => {
 };
 const seconds = (s) => s === 0 ? '' : s < 1e-3 ? `${(s * 1e6).toFixed(0)} \u00b5s` : s < 1 ? `${(s * 1e3).toFixed(2)} ms` : `${s.toFixed(2)} s`;
 
-/// Range of a slider: the declared one where both ends are near, else a factor of ten around the value.
+/// Range of a slider: the declared one if both ends are close, else a factor of ten around the value.
 function sliderRange(parameter) {
   const value = Math.abs(parameter.number) || 0;
   const low = parameter.min !== null && parameter.min > value / 100 ? parameter.min : 0;
@@ -34,7 +34,7 @@ export class Parameters {
     this.rows = {};
   }
 
-  /// Shows the live parameters of the nodes, once; then only values that others changed.
+  /// Creates the controls of the live parameters once; later calls only update values changed elsewhere.
   update(state) {
     const live = state.nodes.flatMap((node) => node.parameters.map((p) => ({node, p})));
     const names = live.map(({node, p}) => `${node.name}.${p.name}`).join();
@@ -108,7 +108,7 @@ export function showStatistics(section, state) {
   section.replaceChildren(table, element('p', `${state.frames}${of} frames done, ${state.dropped} dropped.`));
 }
 
-/// Nodes in their order; what flows along each edge, with its meaning.
+/// Nodes in their order, and the channels along each edge with their meaning.
 export function showGraph(section, state) {
   const written = JSON.stringify(state.nodes.map((node) => [node.name, node.inputs, node.channels]));
   if (section.written === written) return;

@@ -64,7 +64,7 @@ export function drawHistogram(canvas, channel, region) {
   });
 }
 
-/// Values along a line, at the pixels that it passes. @param series [{channel}]: one line per channel
+/// Profile along a line, sampled at the pixels that it crosses. @param series [{channel}]: one curve per channel
 export function drawProfile(canvas, series, line) {
   const [x0, y0, x1, y1] = line, steps = Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0), 1);
   const lines = series.map(({channel}) => Array.from({length: steps + 1}, (_, k) => {
@@ -87,8 +87,8 @@ export function drawProfile(canvas, series, line) {
   });
 }
 
-/// Temporal noise: standard deviation of each pixel over the frames, and the median of these over the region; of a large
-/// region over a part of its pixels.
+/// Temporal noise: standard deviation of each pixel over the frames, and its median over the region; a large region is
+/// subsampled.
 export function temporalNoise(channels, region) {
   const [x0, y0, x1, y1] = region, deviations = [];
   const columns = channels[0].columns, samples = (x1 - x0 + 1) * (y1 - y0 + 1) * channels.length;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Files with the cloud or the picture that is shown.
+// Files with the displayed cloud or picture.
 import {pointsOf, valueAt} from './decode.js';
 
-/// Cloud as PCD: x y z in m, then the amplitude if the frame has one of each point. Binary, invalid points are NaN.
+/// Cloud as PCD: x y z in m, then the amplitude if the frame has one per point. Binary, invalid points are NaN.
 export function pcdOf(channels, rays, info) {
   const points = pointsOf(channels, rays, info);
   if (!points) return null;
@@ -30,7 +30,7 @@ DATA binary
   return new Blob([header, values], {type: 'application/octet-stream'});
 }
 
-/// Clouds and images side by side, as they are shown.
+/// Clouds and images side by side, as displayed.
 export async function pngOf(panes) {
   const columns = panes.map((pane) => [pane.cloud.canvas, ...pane.shownImages().map((image) => image.canvas)]);
   const wide = 480, heights = columns.map((canvases) => canvases.reduce((sum, c) => sum + Math.round(wide * c.height / c.width), 0));

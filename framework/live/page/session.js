@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The connection to the pipeline: it is made again when it breaks.
+// The connection to the pipeline, which is re-established when it breaks.
 import {FRAME, RAYS, frameOf, parse, raysOf} from './decode.js';
 
 export class Session {
-  /// @param on hello, frame, rays, state, answer, end, status: what to do with what comes
+  /// @param on handlers by message: hello, frame, rays, state, answer, end, status
   constructor(on) {
     this.on = on;
     this.rays = {};

@@ -6,7 +6,7 @@
     for frame in tg.Pipeline("board.h5.yaml"):
         print(frame.number, frame["depth"].mean())
 
-Lengths are in metre, times in second, frequencies in hertz, temperatures in kelvin.
+Lengths are in metres, times in seconds, frequencies in hertz, temperatures in kelvin.
 """
 
 from ._core import Frame, version as __version__

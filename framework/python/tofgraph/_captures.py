@@ -13,10 +13,10 @@ METADATA = ("timestamp_ns", "device_number", "integration_time", "modulation_fre
 
 
 class Capture(dict):
-    """Channels of a recording, each an array of frames x (shape); attributes have the metadata of each frame.
+    """Channels of a recording, each an array of frames x (shape); the attributes contain each frame's metadata.
 
     timestamp_ns (int64), integration_time (s), modulation_frequency (Hz), temperature (K), time_since_power_on (s);
-    NaN: unknown. `units` has the unit of each channel.
+    NaN: unknown. `units` maps channels to units.
     """
 
     def __init__(self, frames):
@@ -36,7 +36,7 @@ def read_capture(path, *, camera="", **parameters):
 
 
 def simulate(scene, *, model=None, camera="", **parameters):
-    """Simulates a scene file, or a dictionary of the stage simulator's parameters, frame by frame.
+    """Simulates a scene file, or a dictionary of parameters for the stage simulator, frame by frame.
 
     @param model a model file: light and effects @param parameters of the stage simulator, e.g. seed=3, frames=10
     @returns an iterator of frames
@@ -50,10 +50,10 @@ def simulate(scene, *, model=None, camera="", **parameters):
 def write_capture(path, channels, *, camera, overwrite=False, compression=0, **metadata):
     """Writes arrays of frames x (shape) as a capture (HDF5).
 
-    @param channels {"phases": array, ..}, all of as many frames
+    @param channels {"phases": array, ..}, all with the same number of frames
     @param camera a profile's name
     @param metadata timestamp_ns, integration_time (s), modulation_frequency (Hz), temperature (K),
-        time_since_power_on (s): a number, or one a frame
+        time_since_power_on (s): one number, or one per frame
     """
     arrays = {name: np.asarray(array) for name, array in channels.items()}
     if not arrays:
@@ -90,6 +90,6 @@ def write_capture(path, channels, *, camera, overwrite=False, compression=0, **m
     try:
         Pipeline([Node(stage=Arrays), stage.capture_writer(path=path, compression=compression)], camera,
                  overwrite=overwrite).run()
-    finally:  # the class stays as long as the program, its data must not
+    finally:  # the class lives as long as the program, its data must not
         arrays.clear()
         values.clear()

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Points of a frame as a cloud: of NumPy, or of Open3D where that is installed."""
+"""Points of a frame as a cloud: a NumPy array, or an Open3D point cloud if that is installed."""
 
 
 def cloud(frame):
     """Returns the valid points of a frame, (N, 3), m; x right, y down, z forward, from the optical centre.
 
-    @param frame a frame with the channel `points`, or an array of points, (.., 3)
+    @param frame a frame with the channel `points`, or an array of shape (.., 3)
     @throws KeyError without `points`, ValueError for another shape
     """
     import numpy
@@ -18,7 +18,7 @@ def cloud(frame):
 
 
 def open3d_cloud(frame):
-    """Returns the valid points of a frame as open3d.geometry.PointCloud, a copy; see cloud().
+    """Returns the valid points of a frame as open3d.geometry.PointCloud (a copy); see cloud().
 
     @throws ImportError without Open3D
     """

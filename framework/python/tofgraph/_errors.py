@@ -4,9 +4,9 @@
 
 
 class ConfigurationError(ValueError):
-    """A pipeline, file or parameter is wrong; nothing was run.
+    """Invalid pipeline, file or parameter; nothing was run.
 
-    `mistakes` has a dictionary for each mistake: file, line, column (from 1), severity, message, hint.
+    `mistakes` contains a dictionary for each error: file, line, column (from 1), severity, message, hint.
     """
 
     def __init__(self, text, mistakes=()):
@@ -15,13 +15,13 @@ class ConfigurationError(ValueError):
 
 
 class RunError(RuntimeError):
-    """A run failed; the text names node, frame and reason. Outputs of whole frames are kept."""
+    """Failure of a run; the text names node, frame and reason. Outputs of complete frames are kept."""
 
 
 class ParameterError(ValueError):
-    """Raised by prepare() of a stage: a parameter cannot work. The pipeline shows where it was written.
+    """Raised by prepare() of a stage for an invalid parameter. The message shows where it was written.
 
-    @param parameter its name
+    @param parameter name of the parameter
     """
 
     def __init__(self, parameter, text):

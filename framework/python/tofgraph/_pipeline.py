@@ -17,14 +17,14 @@ _running = weakref.WeakSet()
 
 @atexit.register
 def _stop_all():
-    """No pipeline may run when the interpreter exits."""
+    """Ends all runs when the interpreter exits."""
     for run in list(_running):
         run.close()
     _core.leave_all()
 
 
 class Node(dict):
-    """A node: stage and parameters. `a | b` puts b behind a."""
+    """Node of a pipeline: stage and parameters. `a | b` appends b after a."""
 
     def __or__(self, other):
         return Chain([self]) | other
@@ -36,14 +36,14 @@ class Node(dict):
 
 
 class Chain(list):
-    """Nodes one after the other."""
+    """Sequence of nodes."""
 
     def __or__(self, other):
         return Chain([*self, *(other if isinstance(other, (list, tuple)) else [other])])
 
 
 def _plain(value):
-    """A value as JSON has it: NumPy's numbers and arrays, paths, tuples."""
+    """Converts a value for JSON: NumPy numbers and arrays, paths, tuples."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, os.PathLike):
@@ -52,14 +52,14 @@ def _plain(value):
 
 
 class Pipeline:
-    """A pipeline, checked when it runs; iterate over it to receive the frames of its last node that is not a sink.
+    """Pipeline, checked when it runs; iterating over it yields the frames of its last node that is not a sink.
 
     @param pipeline a file, the one-line form, or a list of nodes: dictionaries, tofgraph.stage.NAME(..), or classes of
         stages written in Python
     @param camera a profile's name or path; default: the pipeline's
     @param stages classes of stages written in Python that a file or line names
-    @param overwrite existing outputs may be replaced
-    @param plugin_path folders with plugins, before TOFGRAPH_PLUGIN_PATH and the installed folder
+    @param overwrite replaces existing outputs
+    @param plugin_path plugin folders, searched before TOFGRAPH_PLUGIN_PATH and the installed folder
     """
 
     def __init__(self, pipeline, camera="", *, stages=(), overwrite=False, plugin_path=()):
@@ -73,7 +73,7 @@ class Pipeline:
         else:
             nodes = [self._node(node, own) for node in ([pipeline] if isinstance(pipeline, dict) else pipeline)]
             head = {"pipeline": 1, **({"camera": os.fspath(camera)} if camera else {})}
-            lines = [json.dumps(node, default=_plain) for node in nodes]  # a line each, for the places of mistakes
+            lines = [json.dumps(node, default=_plain) for node in nodes]  # one line each, for error positions
             self._description.text = json.dumps(head)[:-1] + ', "nodes": [\n' + ",\n".join(lines) + "\n]}\n"
             self._description.is_yaml = True
         self._description.stages = [cls._plugin() for cls in own.values()]
@@ -104,7 +104,7 @@ class Pipeline:
         _log.log(logging.WARNING if warning else logging.INFO, "%s: %s", node, text)
 
     def set(self, **parameters):
-        """Replaces parameters: set(denoise__strength="3.91 mm") is --set denoise.strength='3.91 mm'.
+        """Replaces parameters: set(denoise__strength="3.91 mm") corresponds to --set denoise.strength='3.91 mm'.
 
         @returns the pipeline itself
         """
@@ -114,11 +114,11 @@ class Pipeline:
         return self
 
     def check(self):
-        """Checks everything and runs nothing. @returns warnings @throws ConfigurationError with every mistake"""
+        """Checks everything without running. @returns warnings @throws ConfigurationError listing all errors"""
         return _core.check(self._description)
 
     def frames(self, node="", *, count=0, threads=0, capacity=4):
-        """Runs the pipeline and gives the frames that leave a node.
+        """Runs the pipeline and yields the frames that leave a node.
 
         @param node name of the node; default: the last that is not a sink
         @param count maximum number of frames; 0: all

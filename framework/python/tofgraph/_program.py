@@ -16,10 +16,10 @@ from ._errors import ConfigurationError, RunError
 
 
 def program():
-    """The path of the program tofgraph: TOFGRAPH_PROGRAM, else that of the build or installation, else of the PATH."""
+    """Path of the program tofgraph: TOFGRAPH_PROGRAM, else in the build or installation, else in PATH."""
     if "TOFGRAPH_PROGRAM" in os.environ:
         return os.environ["TOFGRAPH_PROGRAM"]
-    for parent in pathlib.Path(os.path.abspath(__file__)).parents:  # in a build the file itself is a link
+    for parent in pathlib.Path(os.path.abspath(__file__)).parents:  # in a build this file is a link
         if (parent / "bin" / "tofgraph").is_file():
             return str(parent / "bin" / "tofgraph")
     found = shutil.which("tofgraph")
@@ -44,7 +44,7 @@ def run_program(*arguments):
 
 
 def _options(options):
-    """max_effects=2, force=True, exclude_effect=["multipath"] as options of the command line."""
+    """Converts max_effects=2, force=True, exclude_effect=["multipath"] to command-line options."""
     words = []
     for name, value in options.items():
         option = "--" + name.replace("_", "-")
@@ -55,12 +55,12 @@ def _options(options):
 
 
 def describe(name):
-    """Ports and parameters of a stage, parameters of an effect, as a dictionary."""
+    """Ports and parameters of a stage, or parameters of an effect, as a dictionary."""
     return json.loads(_core.describe(name, []))
 
 
 def stages():
-    """Names of the stages that are installed."""
+    """Names of the installed stages."""
     return _core.stages([])
 
 
@@ -74,10 +74,10 @@ def calibrate(what, campaign, out, **options):
 
 
 class Report:
-    """A result of the gap search: the fields of report.json as attributes, the page in notebooks.
+    """Result of the gap search: the fields of report.json as attributes; notebooks display the page.
 
-    Fields: docs/formats/gap_report.md, e.g. verdict, effects. `json` is all of it as a dictionary, `page` the page as
-    HTML, `folder` where the files are, None where they were not kept.
+    Fields: docs/formats/gap_report.md, e.g. verdict, effects. `json` is the whole report as a dictionary, `page` the
+    page as HTML, `folder` the output folder, or None if it was not kept.
     """
 
     def __init__(self, text, page, folder):
@@ -105,9 +105,9 @@ class Report:
 
 
 def diagnose(model, campaign, out=None, **options):
-    """Searches what a simulation lacks: diagnose("model.yaml", "campaign.yaml", max_effects=2).
+    """Searches for effects missing in a simulation: diagnose("model.yaml", "campaign.yaml", max_effects=2).
 
-    @param out a folder for report.json, report.html and model.yaml; default: none is kept
+    @param out a folder for report.json, report.html and model.yaml; default: not kept
     @param options of the command, e.g. time_limit="5 min", exclude_effect=["multipath"], seed=3
     @returns Report @throws ConfigurationError, RunError
     """

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stages written in Python: a class whose members are its ports and parameters, and one `process`."""
+"""Stages written in Python: a class with its ports and parameters as members, and a method `process`."""
 
 import hashlib
 import inspect
@@ -9,7 +9,7 @@ import threading
 
 from . import _core
 
-_lock = threading.Lock()  # a class becomes a plugin once
+_lock = threading.Lock()  # a class becomes a plugin only once
 IN, OUT, INOUT = 1, 2, 3
 KINDS = {"bool": 1, "integer": 2, "number": 3, "text": 4, "choice": 5, "numbers": 6, "input_file": 7,
          "input_folder": 10}
@@ -23,7 +23,7 @@ class _Port:
 
 
 class In(_Port):
-    """A channel that a stage reads, e.g. In("depth"); alternatives: In("depth|range").
+    """Channel that a stage reads, e.g. In("depth"); alternatives: In("depth|range").
 
     dtype, shape ("H W 3") and unit come from the table of channels unless given.
     """
@@ -31,20 +31,20 @@ class In(_Port):
 
 
 class Out(_Port):
-    """A channel that a stage makes; as In."""
+    """Channel that a stage creates; arguments as for In."""
     direction = OUT
 
 
 class InOut(_Port):
-    """A channel that a stage changes; as In."""
+    """Channel that a stage changes; arguments as for In."""
     direction = INOUT
 
 
 class Param:
-    """A parameter; process() finds its value, in SI, under its name.
+    """Parameter; in process() the attribute of the same name has its value, in SI.
 
-    @param default True, 3, 0.5, "3.91 mm", "a word"; None: the pipeline has to state it unless required is False
-    @param kind bool, integer, number, text, choice, numbers, input_file or input_folder; default: by the default value
+    @param default True, 3, 0.5, "3.91 mm", "a word"; None: the pipeline must set it unless required is False
+    @param kind bool, integer, number, text, choice, numbers, input_file or input_folder; default: that of `default`
     @param unit SI unit of a number: "m", "s", "" for a pure number
     @param minimum,maximum bounds in SI
     @param choices the words of a choice
@@ -52,7 +52,7 @@ class Param:
 
     def __init__(self, default=None, *, kind=None, unit="", minimum=None, maximum=None, choices=(), required=None,
                  text=""):
-        default = default.item() if hasattr(default, "item") else default  # NumPy's scalars
+        default = default.item() if hasattr(default, "item") else default  # NumPy scalars
         self.kind = kind or self._kind_of(default, unit, choices)
         if self.kind not in KINDS:
             raise ValueError(f"a parameter is {', '.join(KINDS)}, not {self.kind!r}")
@@ -86,11 +86,11 @@ class Param:
 
 
 class Stage:
-    """Base of Source, Filter and Sink. Optional: prepare(setup), finish()."""
+    """Base class of Source, Filter and Sink. Optional methods: prepare(setup), finish()."""
 
     @classmethod
     def stage_name(cls):
-        """The name in a pipeline: the attribute `name`, or the class's name in lower case with underscores."""
+        """Name in a pipeline: the attribute `name`, or the class name in lower case with underscores."""
         own = cls.__dict__.get("name")
         return own if isinstance(own, str) else re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
 
@@ -106,7 +106,7 @@ class Stage:
                 parameters.append({"name": name, **member.fields})
         try:
             file, source = inspect.getsourcefile(cls) or "python", inspect.getsource(cls)
-        except (OSError, TypeError):  # typed at a prompt
+        except (OSError, TypeError):  # defined interactively
             file, source = "python", cls.__qualname__
         return {"kind": cls.kind, "name": cls.stage_name(), "file": f"{file}:{cls.__qualname__}:{cls.stage_name()}",
                 "summary": (inspect.getdoc(cls) or cls.__name__).splitlines()[0],
@@ -123,15 +123,15 @@ class Stage:
 
 
 class Source(Stage):
-    """Makes frames: process(frame) fills one, and returns False after the last frame."""
+    """Creates frames: process(frame) fills one and returns False after the last frame."""
     kind = "source"
 
 
 class Filter(Stage):
-    """Changes frames: process(frame) reads and writes channels; when it returns False, nothing leaves."""
+    """Changes frames: process(frame) reads and writes channels and returns False to drop the frame."""
     kind = "filter"
 
 
 class Sink(Stage):
-    """Uses frames: process(frame)."""
+    """Receives frames: process(frame) stores or displays one."""
     kind = "sink"

@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stages by name, as nodes of a pipeline; `_stages.pyi` tells editors their parameters."""
+"""Stages by name, as nodes of a pipeline; `_stages.pyi` declares their parameters for editors."""
 
 from . import _core
 from ._pipeline import Node
 
 
 class Stages:
-    """tofgraph.stage.NAME(parameter=value, ..): a node of a pipeline."""
+    """Creates a node of a pipeline: tofgraph.stage.NAME(parameter=value, ..)."""
 
     def __getattr__(self, name):
         if name.startswith("_"):

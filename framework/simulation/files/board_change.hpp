@@ -5,12 +5,12 @@
 namespace tofgraph::simulation {
 
 /// Change of a scene's boards (boards, chessboards, cards) by effects and motion: z becomes scale z + offset, the board
-/// turns by R_y(tilt_y) R_x(tilt_x), then it moves along z.
+/// is rotated by R_y(tilt_y) R_x(tilt_x), then it is displaced along z.
 struct BoardChange {
   double scale = 1, offset = 0;   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad
-  double displacement = 0;        ///< m, away positive
-  double time = 0;                ///< s since the begin of the first exposure, for what moves by itself
+  double displacement = 0;        ///< m, positive away from the camera
+  double time = 0;                ///< s since the start of the first exposure, for moving objects
 
   bool operator==(const BoardChange&) const = default;
 };

@@ -26,7 +26,7 @@ class CalibrationCheck {
   CalibrationCheck(const io::Camera& camera, const AddOptions& options, const graph::PluginRegistry& registry)
       : camera_(camera), options_(options), registry_(registry) {}
 
-  /// The entry of a file and what is to be copied. @throws config::ConfigurationError
+  /// Entry of a file; appends the files to copy. @throws config::ConfigurationError
   io::FolderEntry entry_of(const fs::path& file, std::vector<FolderCopy>& copies) const {
     const config::Value document = config::load_document(file);
     const std::string first = document.entries.empty() ? "" : document.entries.front().key;
@@ -60,7 +60,7 @@ class CalibrationCheck {
     add(maps, entry.kind, "", entry, copies);
   }
 
-  /// Checks values that stages and simulations would refuse later.
+  /// Checks values that stages and simulations would reject later.
   void check_values(const fs::path& file, const config::Value& document, const std::string& kind) const {
     tofgraph_camera view = camera_.view();
     if (kind == "intrinsics") {
@@ -95,7 +95,7 @@ class CalibrationCheck {
     throw config::ConfigurationError(diagnostics);
   }
 
-  /// A model with the maps and tables that it names, which become its neighbours.
+  /// Adds a model with the maps and tables that it names, which are copied beside it.
   void copy_model(const fs::path& file, const std::string& kind, io::FolderEntry& entry,
                   std::vector<FolderCopy>& copies) const {
     config::Diagnostics diagnostics;
@@ -103,7 +103,7 @@ class CalibrationCheck {
     if (diagnostics.ok() && !is_for(model, camera_))
       diagnostics.error(model.camera_at, fmt::format("the model is for the camera '{}', the folder is of '{}'",
                                                      model.camera, camera_.view().name));
-    make_effects(model, camera_.view(), diagnostics);  // maps of another size
+    make_effects(model, camera_.view(), diagnostics);  // detects maps of the wrong size
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
     const config::Value document = config::load_document(file);
     const config::Entry* list = document.find("effects");
@@ -120,7 +120,7 @@ class CalibrationCheck {
            std::vector<FolderCopy>& copies) const {
     const fs::path to = fs::path(kind) / file.filename();
     const auto same = std::ranges::find(copies, to, &FolderCopy::to);
-    if (same != copies.end() && same->from == fs::absolute(file)) return;  // named twice
+    if (same != copies.end() && same->from == fs::absolute(file)) return;  // referenced twice
     if (same != copies.end())
       throw config::ConfigurationError(
           fmt::format("{}: error: has the name of {}: rename one of them\n", file.string(), same->from.string()));

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A document, one key a line.
+/// Text of a document, one key per line.
 std::string document_text(const config::Value& document) {
   std::string text;
   for (const config::Entry& entry : document.entries)
@@ -35,7 +35,7 @@ void set_entry(config::Value& document, const std::string& key, const std::strin
   if (!yaml.empty()) document.entries.push_back({key, document.at, config::parse_document(key, yaml)});
 }
 
-/// Keys of the profile that calibrations have measured, added to its own.
+/// Keys of the profile that were measured by calibrations, in addition to its own.
 void add_measured(config::Value& document, const std::vector<std::string>& keys) {
   std::vector<std::string> measured;
   if (const config::Entry* entry = document.find("measured"))
@@ -45,7 +45,7 @@ void add_measured(config::Value& document, const std::vector<std::string>& keys)
   set_entry(document, "measured", fmt::format("[{}]", fmt::join(measured, ", ")));
 }
 
-/// The folder's profile: the copied one with the calibrated lens, noise and response, the bad pixels and the model.
+/// Profile of the folder: the copied one with the calibrated lens, noise and response, the bad pixels and the model.
 std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& base, bool with_model) {
   config::Value document = config::with_absolute_paths(config::load_document(folder.file_of("profile")));
   std::vector<std::string> measured;
@@ -80,7 +80,7 @@ std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& 
   }
   add_measured(document, measured);
   set_entry(document, "model", with_model ? io::folder_model_name : "");
-  // Files of the profile lie in the folder: it may be moved as a whole.
+  // Paths are relative to the folder, so that it can be moved as a whole.
   std::set<std::string> files;
   collect_files(document, files);
   std::map<std::string, std::string> names;
@@ -88,7 +88,7 @@ std::string assembled_profile(const io::CameraFolder& folder, const io::Camera& 
   return document_text(with_paths(document, names));
 }
 
-/// The files of a folder as they are now. What was written since is undone unless all of it is kept.
+/// Backup of files in a folder, which are restored on destruction unless keep() was called.
 class FilesBefore {
  public:
   /// @param changing relative to the folder @throws std::filesystem::filesystem_error
@@ -110,7 +110,7 @@ class FilesBefore {
         fs::rename(copy_of(file), folder_ / file, error);
       else
         fs::remove(folder_ / file, error);
-      // A kind of calibration that was not added leaves no folder behind; others are not empty.
+      // Removes the new folder of a calibration that was not added; non-empty folders remain.
       if (!kept_ && file.has_parent_path()) fs::remove((folder_ / file).parent_path(), error);
     }
   }
@@ -123,11 +123,11 @@ class FilesBefore {
   }
 
   fs::path folder_;
-  std::map<fs::path, bool> files_;  ///< relative; whether it was there
+  std::map<fs::path, bool> files_;  ///< relative; true if it existed
   bool kept_ = false;
 };
 
-/// Removes files of entries that were replaced.
+/// Removes the files of replaced entries.
 void remove_stale(const io::CameraFolder& before, const io::CameraFolder& now) {
   std::set<fs::path> kept;
   for (const io::FolderEntry& entry : now.entries)
@@ -138,7 +138,7 @@ void remove_stale(const io::CameraFolder& before, const io::CameraFolder& now) {
       if (!kept.contains(file.file)) fs::remove(before.folder / file.file, error);
 }
 
-/// @throws config::ConfigurationError where another device's calibration is added
+/// @throws config::ConfigurationError for the calibration of another device
 void check_serial(io::CameraFolder& folder, const io::FolderEntry& entry, const fs::path& file,
                   const AddOptions& options, std::vector<std::string>& remarks) {
   const std::string problem = io::serial_problem(entry.serial, folder.serial, "the folder's other calibrations");
@@ -164,7 +164,7 @@ io::CameraFolder make_camera_folder(const fs::path& folder, const std::string& n
                         .made = {},
                         .notes = {}};
   const fs::path to = fs::path("profile") / profile.file.filename();
-  // The model is an entry of its own: a path to it would lead nowhere from here.
+  // The model is a separate entry: a relative path to it would be invalid here.
   config::Value document = config::with_absolute_paths(config::load_document(profile.file));
   const bool names_model = document.find("model") != nullptr;
   set_entry(document, "model", "");
@@ -191,7 +191,7 @@ io::CameraFolder make_camera_folder(const fs::path& folder, const std::string& n
     assemble_camera(made, registry);
     if (profile.view().model != nullptr) add_calibrations(made, {profile.view().model}, {}, registry);
   } catch (...) {
-    fs::remove_all(made.folder, error);  // it was empty, or not there
+    fs::remove_all(made.folder, error);  // it was empty or did not exist before
     throw;
   }
   return made;
@@ -252,7 +252,7 @@ void assemble_camera(io::CameraFolder& folder, const graph::PluginRegistry& regi
   std::error_code error;
   if (!with_model) fs::remove(folder.folder / io::folder_model_name, error);
   io::write_file(folder.folder / io::folder_profile_name, assembled_profile(folder, *base, with_model));
-  io::load_profile(folder.folder / io::folder_profile_name);  // what was made can be read
+  io::load_profile(folder.folder / io::folder_profile_name);  // verifies that the result can be read
   folder.notes = joined.notes;
   folder.made = {io::hashed_file(folder.folder, io::folder_profile_name)};
   if (with_model) folder.made.push_back(io::hashed_file(folder.folder, io::folder_model_name));

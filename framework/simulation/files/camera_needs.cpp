@@ -36,7 +36,7 @@ std::string keys_of(const std::vector<Need>& missing) {
 
 std::string place_of_profile(const io::Camera& camera) {
   if (camera.file.empty()) return "its profile";
-  // One that came with the program lies where nobody looks: its name says which it is.
+  // The path of an installed profile is of no use to the reader; its name identifies it.
   const bool ours = camera.file.parent_path() == config::profile_folder();
   return ours ? fmt::format("the profile '{}'", camera.file.stem().string()) : camera.file.string();
 }

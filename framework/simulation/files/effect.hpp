@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file An effect with its parameters, ready to be applied; it comes by the plugin border, like everybody's.
+/// @file Effect with its parameters, ready to be applied; all effects come through the plugin interface.
 #pragma once
 
 #include "graph/instance.hpp"
@@ -27,12 +27,12 @@ class EffectError : public std::runtime_error {
   bool defect;  ///< see graph::Failure
 };
 
-/// Immutable: may be applied from several threads.
+/// Immutable effect; may be applied from several threads.
 class Effect {
  public:
-  /// @param values in the order of the descriptor's parameters; they need not live on
-  /// @param keeps what their images are in, as long as the effect
-  /// @param host whom remarks go to; default: standard error
+  /// @param values in the order of the descriptor's parameters; not referenced after construction
+  /// @param keeps owner of the images in the values, kept alive by the effect
+  /// @param host receiver of messages; default: standard error
   /// @throws EffectError
   Effect(const graph::Plugin& plugin, const tofgraph_value* values, const tofgraph_camera& camera,
          std::shared_ptr<const void> keeps = nullptr, std::shared_ptr<graph::Host> host = nullptr);
@@ -43,7 +43,7 @@ class Effect {
   bool late() const { return (border().flags & TOFGRAPH_EFFECT_LATE) != 0; }
   bool looks_at_neighbours() const { return (border().flags & TOFGRAPH_EFFECT_IMAGE) != 0; }
   const tofgraph_effect& border() const { return *descriptor().effect; }
-  /// Files that shaped it beside its parameters, for the provenance.
+  /// Files besides the parameters that influence the effect, for the provenance.
   const std::vector<graph::UsedFile>& files() const { return instance_.files(); }
   /// Warnings of the effect during preparation.
   const std::vector<std::string>& warnings() const { return instance_.warnings(); }

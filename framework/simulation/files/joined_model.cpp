@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// One model from several calibrations, in which every effect and every constant is taken out once.
+// Combines several calibrations into one model, so that every effect and every constant is corrected exactly once.
 #include "config/quantity.hpp"
 #include "io/image_file.hpp"
 #include "simulation/files/camera_assembly.hpp"
@@ -20,10 +20,10 @@ constexpr const char* pattern_name = "fixed_pattern";
 constexpr const char* warm_up_name = "warm_up";
 constexpr const char* constant_name = "zero_offset";
 
-/// An effect with the file that it is from.
+/// Effect with its source file.
 struct JoinedEffect {
   std::string name;
-  config::Value value;  ///< the map of its parameters, with absolute paths
+  config::Value value;  ///< map of its parameters, with absolute paths
   std::string kind;     ///< kind of the entry
 };
 
@@ -49,7 +49,7 @@ double effect_number(const config::Value& effect, std::string_view key, std::str
   return quantity.ok() ? quantity.value : 0;
 }
 
-/// Mean of a map, m; pixels that are not known are left out. @throws std::runtime_error
+/// Mean of a map, m, without unknown pixels. @throws std::runtime_error
 double mean_of_map(const config::Value& map) {
   const auto word = [&](const char* key) {
     const config::Entry* entry = map.is_map() ? map.find(key) : nullptr;
@@ -66,7 +66,7 @@ double mean_of_map(const config::Value& map) {
   return count > 0 ? sum / count : 0;
 }
 
-/// The constant that an effect adds to the half path of a warm camera, m.
+/// Constant contribution of an effect to the half path of a warm camera, m.
 double constant_of(const JoinedEffect& effect) {
   if (effect.name == constant_name) return effect_number(effect.value, "offset", "m");
   if (effect.name == warm_up_name)
@@ -82,8 +82,8 @@ double sum_of_constants(const std::vector<JoinedEffect>& effects) {
   return sum;
 }
 
-/// True for effects that the mean over boards in front of a warm camera does not show: the pattern of the pixels, the
-/// warm-up, the geometry and the light of neighbours.
+/// True for effects that do not show in the mean over boards in front of a warm camera: the pattern of the pixels, the
+/// warm-up, the geometry and the light of neighbouring pixels.
 bool unseen_by_boards(const std::string& name, const graph::PluginRegistry& registry) {
   constexpr std::array<std::string_view, 3> names = {pattern_name, "pixel_response", warm_up_name};
   if (std::ranges::find(names, name) != names.end()) return true;
@@ -93,7 +93,7 @@ bool unseen_by_boards(const std::string& name, const graph::PluginRegistry& regi
   return border.level == TOFGRAPH_LEVEL_GEOMETRY || (border.flags & TOFGRAPH_EFFECT_IMAGE) != 0;
 }
 
-/// True when the boards of the offset calibration had a model undone: the two complement each other then.
+/// True if a model was corrected in the boards of the offset calibration: the two are then complementary.
 bool offset_follows_model(const fs::path& offset) {
   const config::Value document = config::load_document(offset);
   const config::Entry* settings = document.find("settings");
@@ -147,9 +147,9 @@ class ModelJoiner {
       used_.push_back(effect);
   }
 
-  /// Adds what the sum of the constants differs by from what was measured together.
+  /// Adds the difference between the sum of the constants and their jointly measured value.
   void keep_the_constant() {
-    // Without a model nothing tells the constant of a warm camera but the offset calibration: its distances stay.
+    // Without a model, only the offset calibration determines the constant of a warm camera: its distances are kept.
     const bool stays = raw_offset_ || model_.empty();
     const double wanted = stays ? 0 : sum_of_constants(model_);
     const double difference = wanted - sum_of_constants(used_);

@@ -84,7 +84,7 @@ Model model_of_scene(const std::optional<Value>& model, const graph::PluginRegis
   if (model->is_map()) return read_model(*model, registry, diagnostics);
   const std::filesystem::path file = config::path_at(model->text, model->at);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) return {};  // told where the scene was read
+  if (!std::filesystem::is_regular_file(file, error)) return {};  // reported when the scene was read
   try {
     return load_model(file, registry, diagnostics);
   } catch (const config::ConfigurationError& failure) {
@@ -102,18 +102,18 @@ bool is_for(const Model& model, const io::Camera& camera) {
   try {
     return !file.empty() && std::string_view(io::load_profile(file)->view().name) == camera.view().name;
   } catch (const config::ConfigurationError&) {
-    return false;  // a profile that cannot be read is another one
+    return false;  // an unreadable profile does not match
   }
 }
 
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, Diagnostics& diagnostics,
                                     const std::shared_ptr<graph::Host>& host) {
   std::vector<EffectPtr> effects;
-  if (!diagnostics.ok()) return effects;  // values that were refused are not handed on
+  if (!diagnostics.ok()) return effects;  // rejected values are not used
   for (const ModelEffect& effect : model.effects) {
     if (!effect.values.images_fit(camera, diagnostics)) continue;
     try {
-      const auto kept = std::make_shared<const graph::ParameterValues>(effect.values);  // with the images' memory
+      const auto kept = std::make_shared<const graph::ParameterValues>(effect.values);  // owns the memory of images
       effects.push_back(std::make_shared<const Effect>(*effect.descriptor, kept->data(), camera, kept, host));
       for (const std::string& warning : effects.back()->warnings())
         diagnostics.warning(effect.at, fmt::format("effect {}: {}", effects.back()->name(), warning));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Model files: what the simulation knows of the camera's light and of its effects.
+/// @file Model files: light and effects of a camera for the simulation.
 #pragma once
 
 #include "config/document.hpp"
@@ -25,14 +25,14 @@ struct ModelEffect {
 };
 
 struct Model {
-  std::string camera;          ///< a profile's name or path, "" where the model is part of a scene
+  std::string camera;          ///< name or path of a profile, "" if the model is part of a scene
   config::Position camera_at;  ///< position in the file
-  std::string serial;          ///< device's; empty: not stated
+  std::string serial;          ///< of the device; empty: not stated
   bool physical = false;       ///< light: physical
   std::vector<ModelEffect> effects;
 };
 
-/// Reads a model: what a file or the part of a scene holds. Every mistake goes to the diagnostics.
+/// Reads a model from a file or a part of a scene. All errors are reported to the diagnostics.
 Model read_model(const config::Value& document, const graph::PluginRegistry& registry,
                  config::Diagnostics& diagnostics);
 
@@ -40,22 +40,22 @@ Model read_model(const config::Value& document, const graph::PluginRegistry& reg
 Model load_model(const std::filesystem::path& file, const graph::PluginRegistry& registry,
                  config::Diagnostics& diagnostics);
 
-/// The model of a scene: a map in it, a file that it names, or, where there is none, the ideal camera.
+/// Model of a scene: a map in it, a file named by it, or the ideal camera if it states none.
 Model model_of_scene(const std::optional<config::Value>& model, const graph::PluginRegistry& registry,
                      config::Diagnostics& diagnostics);
 
-/// Returns whether the model's profile, by name or path, is this camera's; a model without profile is for all.
+/// Returns true if the model's profile, by name or path, is that of this camera; a model without profile fits all.
 bool is_for(const Model& model, const io::Camera& camera);
 
-/// The effects, made for a camera; what they refuse and remark goes to the diagnostics at the place of the parameter.
-/// @param host whom later remarks go to; default: standard error
+/// Creates the effects for a camera; their errors and warnings go to the diagnostics at the position of the parameter.
+/// @param host receiver of later messages; default: standard error
 std::vector<EffectPtr> make_effects(const Model& model, const tofgraph_camera& camera, config::Diagnostics& diagnostics,
                                     const std::shared_ptr<graph::Host>& host = nullptr);
 
-/// The files that a model's effects take values from.
+/// Files from which a model's effects take values.
 std::vector<std::string> files_of(const Model& model);
 
-/// The effects as they were written, defaults included, for the provenance.
+/// Effects as written, including default values, for the provenance.
 nlohmann::json described(const Model& model);
 
 }  // namespace tofgraph::simulation

@@ -40,7 +40,7 @@ double half_depth(const Pose& pose, const std::array<double, 3>& size) {
   return (std::abs(r.x.z) * size[0] + std::abs(r.y.z) * size[1] + std::abs(r.z.z) * size[2]) / 2;
 }
 
-/// For what has a position.
+/// For objects with a position.
 Problem behind(double end, Vector3 lens) {
   if (end > lens.z) return {};
   return behind(end, lens, "position", "example: position: [0 mm, 0 mm, 500 mm]");

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The keys of each type of object; the table of them is in docs/formats/scene.md.
+// Keys of each type of object; they are documented in docs/formats/scene.md.
 #include "simulation/files/objects.hpp"
 
 #include "config/paths.hpp"
@@ -17,9 +17,9 @@ using config::Diagnostics;
 using config::Reader;
 using config::Value;
 
-constexpr double min_length = 1e-6, max_length = 1e4;  // m; what is smaller is below the optics, what is farther unseen
+constexpr double min_length = 1e-6, max_length = 1e4;  // m; below optical resolution, beyond visibility
 
-/// A reader of one object with the units of scenes.
+/// Reader of one object with the units of scenes.
 struct Keys {
   Reader& reader;
   const Value& map;
@@ -35,7 +35,7 @@ struct Keys {
     const std::vector<double> v = reader.numbers(key, unit, example, {0, 0, 0});
     return {v[0], v[1], v[2]};
   }
-  /// A list of lengths that must all be there and positive.
+  /// List of N positive lengths.
   template <std::size_t N> std::array<double, N> size(std::string_view example) {
     const std::size_t errors = diagnostics.errors();
     std::array<double, N> result{};
@@ -50,7 +50,7 @@ struct Keys {
   }
 };
 
-/// {left: 0.3, ...}: reflectivities of faces; those that are not named have the object's.
+/// {left: 0.3, ...}: reflectivities of faces; unnamed faces have the reflectivity of the object.
 template <std::size_t N>
 std::array<double, N> read_faces(Keys& keys, const std::array<std::string_view, N>& names, double reflectivity) {
   std::array<double, N> faces;
@@ -71,7 +71,7 @@ Target read_target(Keys& keys) {
   return target;
 }
 
-/// Reads a target that need not stand on the axis.
+/// Reads a target that may be off the axis.
 Target read_movable_target(Keys& keys) {
   Target target = read_target(keys);
   const std::vector<double> center = keys.reader.numbers("center", "m", "[100 mm, 0 mm]", {0, 0});

@@ -22,7 +22,7 @@ using config::Value;
 
 constexpr std::int64_t endless_count = std::numeric_limits<std::int64_t>::max();
 
-/// All that a simulation needs of the profile, told at once; without its lens and its light no scene can be looked at.
+/// Reports all missing profile values at once. Without lens and light no scene can be computed.
 void check_camera(const Entry& entry, SceneFile& scene, Diagnostics& diagnostics) {
   const tofgraph_camera& camera = scene.camera->view();
   std::vector<Need> missing = missing_for_light(camera);
@@ -41,7 +41,7 @@ void check_camera(const Entry& entry, SceneFile& scene, Diagnostics& diagnostics
   if (!(camera.focal_length > 0) || camera.light_count == 0) scene.camera.reset();
 }
 
-/// Distances of several frequencies need a range in which they are not ambiguous.
+/// Checks that the frequencies have a common unambiguous range if distances are output.
 void check_range(const Entry& output, const tofgraph_camera& camera, Diagnostics& diagnostics) {
   const physics::Exposures exposures = physics::exposures_of(camera);
   if (exposures[0].frequency == 0 || physics::common_frequency(physics::frequencies_of(exposures, 0)) > 0) return;
@@ -91,7 +91,7 @@ void read_model(Reader& reader, const Value& document, SceneFile& scene) {
   reader.take("model");
 }
 
-/// A name that none of the others has: what is written, or the type with a number.
+/// Unique name: as written, or the type with a number.
 std::string name_of(const Object& object, bool written, const std::vector<std::string>& taken,
                     Diagnostics& diagnostics) {
   const auto is_taken = [&](const std::string& name) { return std::ranges::find(taken, name) != taken.end(); };
@@ -119,7 +119,7 @@ void read_objects(const Entry* entry, SceneFile& scene, Diagnostics& diagnostics
   for (const Value& item : entry->value.items) {
     const std::size_t before = diagnostics.errors();
     const Object object = read_object(item, diagnostics);
-    if (object.name.empty() && diagnostics.errors() != before) continue;  // not read so far
+    if (object.name.empty() && diagnostics.errors() != before) continue;  // reading failed before the name
     scene.objects.push_back(name_of(object, item.find("name") != nullptr, scene.objects, diagnostics));
   }
 }

@@ -18,7 +18,7 @@ using config::Reader;
 using config::Value;
 namespace fs = std::filesystem;
 
-/// A value of the sequence in place of the scene's own.
+/// Value of the sequence that replaces one of the scene.
 struct Setting {
   const std::string* key;
   const Value* value;
@@ -34,7 +34,7 @@ void replace(Value& map, std::string_view key, const Value& value) {
     map.entries.push_back({std::string(key), value.at, value});
 }
 
-/// The object's map with the values that this condition has for it.
+/// Map of the object with the values of this condition.
 Value description(const SceneFile& scene, std::size_t index, const Settings& settings) {
   Value map = scene.document.find("objects")->value.items[index];
   for (const Setting& setting : settings) {
@@ -72,7 +72,7 @@ std::size_t count_conditions(const SceneFile& scene) {
   return count;
 }
 
-/// The values of one condition of the product, the last step fastest.
+/// Values of one condition of the product, the last step varying fastest.
 Settings settings_of(const SceneFile& scene, std::size_t condition) {
   Settings settings;
   std::size_t left = count_conditions(scene);
@@ -84,14 +84,14 @@ Settings settings_of(const SceneFile& scene, std::size_t condition) {
   return settings;
 }
 
-/// Position of the value of an object's key, in the sequence or at the object; else of the object.
+/// Position of the value of an object's key, in the sequence or at the object; otherwise that of the object.
 Position place_of(const SceneFile& scene, std::size_t index, const std::string& key, const Settings& settings) {
   const Value map = description(scene, index, settings);
   const Entry* entry = map.find(key);
   return entry != nullptr ? entry->value.at : map.at;
 }
 
-/// "500mm_0.5ms": what of the sequence this condition has, fit for a file's name.
+/// "500mm_0.5ms": values of the sequence for this condition, valid in file names.
 std::string label(const Settings& settings) {
   std::string text;
   for (const Setting& setting : settings) {
@@ -104,7 +104,7 @@ std::string label(const Settings& settings) {
   return text;
 }
 
-/// The truth of the board, for those who read a campaign; of other scenes a board alone would be half of the truth.
+/// Sets the ground truth of the board for campaigns; only for scenes that consist of one board.
 void state_board(const Objects& objects, Condition& condition) {
   const Object& object = objects.all.front();
   if (objects.all.size() != 1 || object.type != "board") return;
@@ -125,7 +125,7 @@ void check_values(const SceneFile& scene, Diagnostics& diagnostics) {
       Settings settings;
       for (std::size_t k = 0; k < step.keys.size(); ++k) settings.push_back({&step.keys[k], &row[k]});
       read_condition(scene, settings, diagnostics);
-      // Only what this row changes: the rest is right.
+      // Checks only what this row changes.
       for (std::size_t i = 0; i < scene.objects.size(); ++i) {
         const auto here = [&](const Setting& s) { return object_in(*s.key) == scene.objects[i]; };
         if (std::ranges::any_of(settings, here)) read_object(description(scene, i, settings), diagnostics);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a scene says of its sequence.
+// Reads the sequence of a scene.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using config::Value;
 
 constexpr std::size_t max_conditions = 100'000;
 
-/// Every key that a sequence can set here, for suggestions.
+/// Every key that a sequence can set in this scene, for suggestions.
 std::vector<std::string> possible_keys(const SceneFile& scene) {
   std::vector<std::string> keys = io::setting_keys();
   for (const std::string& object : scene.objects) keys.push_back(object + ".reflectivity");

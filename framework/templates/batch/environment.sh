@@ -1,4 +1,4 @@
-# Environment of every task; edit freely, `tofgraph batch` keeps this file.
+# Environment of every task; edit freely, `tofgraph batch` does not overwrite this file.
 #
 # Modules:            module load gcc openmpi
 # Account and queue:  SBATCH_OPTIONS="--account=lab --partition=short"

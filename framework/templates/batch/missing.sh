@@ -1,4 +1,4 @@
-# Tasks that are not done, for submit.sh and status.sh: what is done is seen by the outputs alone.
+# Unfinished tasks, for submit.sh and status.sh, determined from the outputs alone.
 missing_shards() {
   i=1
   while [ "$i" -le "$SHARDS" ]; do
@@ -6,7 +6,7 @@ missing_shards() {
     i=$((i + 1))
   done
 }
-# A shard of cases is done when its log says so: a case that is there twice costs one file that is read.
+# A shard of cases is done if its log says so. Cases run twice do no harm: they only add a file that is read.
 missing_cases() {
   [ "$CASES" -gt 0 ] || return 0
   i=1
@@ -15,6 +15,6 @@ missing_cases() {
     i=$((i + 1))
   done
 }
-# While a shard is missing, a campaign.yaml that is there is one of before.
+# While a shard is missing, an existing campaign.yaml is out of date.
 is_merged() { [ -z "$(missing_shards)" ] && [ -e "$STATS/campaign.yaml" ]; }
 is_diagnosed() { [ -e "$RESULT/report.html" ]; }

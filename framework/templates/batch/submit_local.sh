@@ -1,10 +1,10 @@
 #!/bin/sh
-# Runs what is not done, one task after the other, each with all cores. After a failure, run it again.
+# Runs the unfinished tasks one after the other, each on all cores. After a failure, run it again.
 job=$(cd "$(dirname "$0")" && pwd)
 . "$job/plan.sh"
 . "$job/environment.sh"
 . "$job/missing.sh"
-tasks() { # NAME: the tasks whose numbers are read
+tasks() { # NAME: runs the tasks whose numbers are read from standard input
   while read -r number; do sh "$job/task.sh" "$1" "$number" </dev/null || return 1; done
 }
 missing_shards | tasks reduce && { is_merged || sh "$job/task.sh" merge; } && missing_cases | tasks case &&

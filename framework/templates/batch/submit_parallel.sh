@@ -1,10 +1,10 @@
 #!/bin/sh
-# Runs what is not done with GNU parallel on this machine. After a failure, run it again.
+# Runs the unfinished tasks with GNU parallel on this machine. After a failure, run it again.
 job=$(cd "$(dirname "$0")" && pwd)
 . "$job/plan.sh"
 . "$job/environment.sh"
 . "$job/missing.sh"
-tasks() { # NAME: the tasks whose numbers are read
+tasks() { # NAME: runs the tasks whose numbers are read from standard input
   numbers=$(cat)
   [ -z "$numbers" ] || echo "$numbers" | parallel -q --will-cite --jobs "${JOBS:-100%}" \
     --joblog "$job/log/$1-joblog" sh "$job/task.sh" "$1"

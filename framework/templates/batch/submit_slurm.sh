@@ -1,10 +1,10 @@
 #!/bin/sh
-# Submits what is not done: array jobs that wait for each other. After a failure, submit again.
+# Submits the unfinished tasks as array jobs that depend on each other. After a failure, submit again.
 job=$(cd "$(dirname "$0")" && pwd)
 . "$job/plan.sh"
 . "$job/environment.sh"
 . "$job/missing.sh"
-# squeue fails when the cluster has forgotten the jobs, which then do not run.
+# squeue fails if the cluster no longer knows the jobs; they are not running then.
 running=$(squeue --noheader --jobs="$(paste -sd, "$job/log/slurm-jobs" 2>/dev/null)" 2>/dev/null)
 if [ -s "$job/log/slurm-jobs" ] && [ -n "$running" ]; then
   echo "jobs of this folder still wait or run; scancel ends them:" >&2
@@ -13,7 +13,7 @@ if [ -s "$job/log/slurm-jobs" ] && [ -n "$running" ]; then
 fi
 : >"$job/log/slurm-jobs"
 after=
-submit() { # NAME MEMORY TIME [OPTION...]: adds a job that the next one waits for
+submit() { # NAME MEMORY TIME [OPTION...]: submits a job that the next one depends on
   name=$1 memory=$2 time=$3
   shift 3
   task="sh '$job/task.sh' $name"

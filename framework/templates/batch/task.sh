@@ -1,5 +1,5 @@
 #!/bin/sh
-# One task of the job: task.sh reduce I, merge, case I, or diagnose. Doing one again changes nothing that is whole.
+# Runs one task of the job: task.sh reduce I, merge, case I, or diagnose. A repetition leaves complete outputs as is.
 job=$(cd "$(dirname "$0")" && pwd)
 . "$job/plan.sh"
 . "$job/environment.sh"

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tofgraph/stage.hpp>
 
-/// A stage is a class whose members say what it reads, changes and can be set to.
+/// A stage is a class whose members define the channels it reads and changes, and its parameters.
 struct MyPlugin final : tofgraph::Filter {
   InOut<float> depth{this, "depth", {.text = "what is scaled"}};
   Param<double> factor{this, "factor", {.default_value = "1.01", .min = 0.5, .max = 2, .text = "multiplier"}};
 
-  /// Once per frame. It is const: several frames may be in work at the same time.
+  /// Called once per frame. const, so several frames may be processed at the same time.
   void process(Frame& frame) const {
     for (float& z : depth(frame)) z *= static_cast<float>(*factor);
   }

@@ -6,12 +6,12 @@
 #include <stdexcept>
 #include <vector>
 
-/// A stage is a class whose members say what it reads and can be set to.
+/// A stage is a class whose members define the channels it reads and its parameters.
 struct MyPlugin final : tofgraph::Sink {
   In<float> depth{this, "depth"};
   Param<tofgraph::OutputFile> path{this, "path", {.required = true, .text = "the table, e.g. out/means.csv"}};
 
-  /// Once per frame. It is not const: one frame at a time, in their order.
+  /// Called once per frame. Not const, so frames are processed one at a time, in order.
   void process(Frame& frame) {
     double sum = 0, count = 0;
     for (const float z : depth(frame)) {
@@ -22,7 +22,7 @@ struct MyPlugin final : tofgraph::Sink {
     means_.push_back(sum / count);
   }
 
-  /// After the last frame. The file appears complete or not at all.
+  /// Called after the last frame. The file appears complete or not at all.
   void finish() {
     std::ofstream out(path.create());
     out << "frame,mean_m\n";

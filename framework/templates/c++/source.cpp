@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <tofgraph/stage.hpp>
 
-/// A stage is a class whose members say what it makes and can be set to.
+/// A stage is a class whose members define the channels it creates and its parameters.
 struct MyPlugin final : tofgraph::Source {
   Out<float> depth{this, "depth"};
   Param<double> speed{this, "speed", {.unit = "m", .default_value = "10 mm", .text = "farther away in each frame"}};
   Param<std::int64_t> frames{this, "frames", {.default_value = "10", .min = 1, .text = "how many"}};
 
-  /// Before the first frame: the number of frames, and the metadata that each of them has.
+  /// Called before the first frame: announces the number of frames and the metadata that each of them has.
   void prepare(tofgraph::Setup& setup) {
     rows_ = setup.camera().height;
     columns_ = setup.camera().width;

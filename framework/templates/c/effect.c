@@ -24,7 +24,7 @@ static int prepare(void* self, const tofgraph_stream* const* streams, uint64_t c
   return TOFGRAPH_STATUS_OK;
 }
 
-/* Turns the phase of all light; radians for a metre of distance: 4 pi f / c. */
+/* Changes the phase of all light; radians per metre of distance: 4 pi f / c. */
 static int apply(void* self, tofgraph_light_state* light) {
   const struct effect* effect = self;
   const double radians_per_metre = 4 * 3.14159265358979323846 / 299792458.0 * light->frequency;
@@ -35,7 +35,7 @@ static int apply(void* self, tofgraph_light_state* light) {
 
 static void destroy(void* self) { free(self); }
 
-/* The last two: the value that changes nothing, and the size that a search tries first. */
+/* The last two: the value without effect, and the value that a search tries first. */
 static const tofgraph_parameter parameters[] = {
     {"size", TOFGRAPH_KIND_NUMBER, 0, "m", "0 mm", -1, 1, "", "added to the distance", 0, 0.01}};
 static const tofgraph_effect effect_data = {sizeof effect_data,

@@ -12,7 +12,7 @@ struct stage {
   float factor;
 };
 
-/* The value of parameter i: values are as long as the host says. */
+/* Value of parameter i; the host gives the size of a value. */
 static const tofgraph_value* value_at(const tofgraph_value* values, size_t i) {
   return (const tofgraph_value*)((const char*)values + i * values->size);
 }
@@ -27,13 +27,13 @@ static int create(const tofgraph_host* host, void* context, const tofgraph_value
   return TOFGRAPH_STATUS_OK;
 }
 
-/* Before the first frame. */
+/* Called before the first frame. */
 static int prepare(void* self, const tofgraph_stream* const* streams, uint64_t count) {
   (void)self, (void)streams, (void)count;
   return TOFGRAPH_STATUS_OK;
 }
 
-/* One frame; several at the same time, as the flag STATELESS says below. */
+/* Called once per frame; several at the same time because of the flag STATELESS below. */
 static int process(void* self, tofgraph_frame* const* frames, uint64_t count) {
   const struct stage* stage = self;
   tofgraph_view depth = {sizeof depth, 0, 0, 0, NULL, {0}, {0}, NULL, NULL};

@@ -24,13 +24,13 @@ static int create(const tofgraph_host* host, void* context, const tofgraph_value
   return TOFGRAPH_STATUS_OK;
 }
 
-/* Before the first frame. */
+/* Called before the first frame. */
 static int prepare(void* self, const tofgraph_stream* const* streams, uint64_t count) {
   (void)self, (void)streams, (void)count;
   return TOFGRAPH_STATUS_OK;
 }
 
-/* One frame at a time, in their order. */
+/* Called once per frame, one at a time, in order. */
 static int process(void* self, tofgraph_frame* const* frames, uint64_t count) {
   struct stage* stage = self;
   tofgraph_view depth = {sizeof depth, 0, 0, 0, NULL, {0}, {0}, NULL, NULL};
@@ -58,7 +58,7 @@ static int process(void* self, tofgraph_frame* const* frames, uint64_t count) {
   return TOFGRAPH_STATUS_OK;
 }
 
-/* After the last frame. The host gives the file its name when this has returned OK. */
+/* Called after the last frame. The host renames the file to its final name after this returned OK. */
 static int finish(void* self) {
   struct stage* stage = self;
   const char* path = NULL;

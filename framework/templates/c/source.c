@@ -14,7 +14,7 @@ struct stage {
   uint64_t rows, columns;
 };
 
-/* The value of parameter i: values are as long as the host says. */
+/* Value of parameter i; the host gives the size of a value. */
 static const tofgraph_value* value_at(const tofgraph_value* values, size_t i) {
   return (const tofgraph_value*)((const char*)values + i * values->size);
 }
@@ -30,7 +30,7 @@ static int create(const tofgraph_host* host, void* context, const tofgraph_value
   return TOFGRAPH_STATUS_OK;
 }
 
-/* Before the first frame: the number of frames, and the metadata that each of them has. */
+/* Called before the first frame: announces the number of frames and the metadata that each of them has. */
 static int prepare(void* self, const tofgraph_stream* const* streams, uint64_t count) {
   struct stage* stage = self;
   (void)count;

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""A stage of tofgraph: what it changes and can be set to are attributes of its class."""
+"""Stage of tofgraph: class attributes define the channels it changes and its parameters."""
 
 import tofgraph as tg
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <fstream>
 
-/// Distance of the middle pixel, m, of a board that is seen with this list of effects.
+/// Distance of the central pixel of a board, m, simulated with these effects.
 static double distance_with(const std::string& effects, const char* folder) {
   std::ofstream("my_plugin_model.yaml") << "model: 1\neffects: [" << effects << "]\n";
   tofgraph::Pipeline pipeline(

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Tests the source as a run would call it: my_plugin_test FOLDER_OF_THE_PLUGIN
+// Tests the source as in a run: my_plugin_test FOLDER_OF_THE_PLUGIN
 #include <tofgraph/harness.hpp>
 
 #include <cstdio>

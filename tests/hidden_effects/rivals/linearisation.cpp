@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// hidden_effects_linearisation: what the gap search has in hand before it searches, as one HDF5 file, so that other
-// methods can be tried on the same data, the same columns and the same held-out conditions. All that these know of
-// framework/diagnosis is in this file.
+// hidden_effects_linearisation: exports the input of the gap search as one HDF5 file, so that other methods can be
+// tested on the same data, the same columns and the same held-out conditions. This file contains their only dependency
+// on framework/diagnosis.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/folds.hpp"
@@ -26,7 +26,7 @@ namespace {
 using namespace tofgraph;
 using namespace tofgraph::diagnosis;
 
-/// Datasets of one new file.
+/// Writes datasets to a new file.
 class File {
  public:
   explicit File(const std::filesystem::path& path)
@@ -38,7 +38,7 @@ class File {
   void write(const std::string& name, const std::vector<double>& values, const std::vector<hsize_t>& extent) const {
     write(name, values.data(), H5T_NATIVE_DOUBLE, H5T_NATIVE_DOUBLE, extent);
   }
-  /// Conditions x rows; single precision is enough for what noise is laid over.
+  /// Conditions x rows; single precision suffices, since noise is added.
   void write(const std::string& name, const Column& rows) const {
     std::vector<double> values;
     for (const std::vector<double>& one : rows) values.insert(values.end(), one.begin(), one.end());
@@ -86,7 +86,7 @@ template <class Response> Column directions(const Design& design, const Response
 void write_conditions(const File& file, const Problem& problem, std::uint64_t seed) {
   const std::vector<io::Condition>& conditions = problem.design.conditions();
   const hsize_t n = conditions.size();
-  std::vector<bool> held(n, false);  // one of the folds between the ends
+  std::vector<bool> held(n, false);  // one of the interpolating folds
   std::vector<Fold> folds = folds_of(problem.design);
   std::erase_if(folds, [](const Fold& fold) { return fold.extrapolates; });
   if (!folds.empty())
@@ -109,10 +109,10 @@ void write_conditions(const File& file, const Problem& problem, std::uint64_t se
   file.write("conditions/order", order, {n});
 }
 
-/// Labels of the columns. Columns of one start are tried together, at one value of the effect's shapes.
+/// Labels of the columns. Columns of one start are tested together, at one value of the effect's nonlinear parameters.
 struct Names {
   std::vector<std::string> effects, parameters;
-  std::vector<double> starts, steps;  ///< the latter SI, what a column is for
+  std::vector<double> starts, steps;  ///< the latter in SI, unit of a column's coefficient
 };
 
 void write_column(const File& file, const Column& column, const std::string& effect, const FreeParameter& parameter,
@@ -124,8 +124,8 @@ void write_column(const File& file, const Column& column, const std::string& eff
   names.steps.push_back(parameter.step());
 }
 
-/// Changes by the refinements of an effect, each beside the effect with that off. A start at which one of them gives no
-/// number is left out as a whole.
+/// Changes by the refinements of an effect, each relative to the effect with that refinement off. A start at which one
+/// of them gives NaN is omitted completely.
 void write_refinements(const File& file, const Problem& problem, const State& state, const Candidate& candidate,
                        std::size_t& start, Names& names) {
   if (candidate.refinements().empty()) return;
@@ -201,8 +201,8 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
     for (std::size_t row = 0; row < rows[i].size(); ++row) residual[i][row] -= rows[i][row];
     variance.push_back(problem.data[i].variance);
   }
-  file.write("residual", residual);  // conditions x (observables x superpixels), at the nuisances that suit no effect
-  file.write("variance", variance);  // infinite: not known
+  file.write("residual", residual);  // conditions x (observables x superpixels), with nuisances fitted without effects
+  file.write("variance", variance);  // infinite: unknown
   file.write("nuisances/board", directions(design, [&](std::size_t i, std::size_t r) { return design.shift(i)[r]; }));
   file.write("nuisances/light",
              directions(design, [&](std::size_t i, std::size_t r) { return state.light_response(problem, i, r); }));

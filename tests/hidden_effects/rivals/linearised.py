@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""What hidden_effects_linearisation wrote: generalised least squares over conditions, as all methods here use it.
+"""Reader for the output of hidden_effects_linearisation: generalised least squares over conditions, shared by all
+methods here.
 
-A condition's covariance is that of its superpixels plus a board that stands elsewhere (jitter, m) and light that is not
-quite the same (ln), as in the search; each target's reflectivity is a column that is always in.
+A condition's covariance is that of its superpixels plus a board displacement (jitter, m) and a change in light (ln), as
+in the search; each target's reflectivity is a column that is always included.
 """
 
 import dataclasses
@@ -18,13 +19,13 @@ DISTANCE = 0
 @dataclasses.dataclass
 class Linearised:
     residual: np.ndarray  # conditions x rows (observables x superpixels)
-    weight: np.ndarray  # 1 / variance; 0: not known
+    weight: np.ndarray  # 1 / variance; 0: unknown
     columns: np.ndarray  # columns x conditions x rows
-    effects: list  # of each column
-    probes: list  # of each column: those of one probe are tried together
-    board: np.ndarray  # conditions x rows, change for a metre
-    light: np.ndarray  # conditions x rows, change for a factor e
-    target: np.ndarray  # of each condition, -1: its reflectivity is known
+    effects: list  # per column
+    probes: list  # per column: those of one probe are tested together
+    board: np.ndarray  # conditions x rows, change per metre
+    light: np.ndarray  # conditions x rows, change per factor e
+    target: np.ndarray  # per condition, -1: its reflectivity is known
     held_out: np.ndarray
     distance: np.ndarray
     integration_time: np.ndarray
@@ -36,20 +37,20 @@ class Linearised:
         return ~self.held_out
 
     def groups(self):
-        """(effect, indices of its columns), one a probe."""
+        """List of (effect, indices of its columns), one per probe."""
         found = {}
         for index, key in enumerate(zip(self.effects, self.probes)):
             found.setdefault(key, []).append(index)
         return [(effect, np.array(indices)) for (effect, _), indices in found.items()]
 
     def depth(self, rows):
-        """Of rows, the distances as depths: conditions x superpixels; NaN where nothing is known."""
+        """Converts the distances in rows to depths: conditions x superpixels; NaN where unknown."""
         n = self.superpixels
         known = self.weight[:, :n] > 0
         return np.where(known, rows[:, :n] / np.where(known, self.board[:, :n], 1), np.nan)
 
     def gap(self, explained, conditions):
-        """Root mean square of the depth that is left, m."""
+        """Root mean square of the remaining depth error, m."""
         return float(np.sqrt(np.nanmean((self.depth(self.residual) - explained)[conditions] ** 2)))
 
 
@@ -69,7 +70,7 @@ def read(path):
 
 
 def with_maps(lin):
-    """The effects that are a number for every pixel: a free value in each superpixel, of the distance or the light."""
+    """Adds the pixel map effects: a free value in each superpixel, of the distance or the light."""
     n = lin.superpixels
     conditions, rows = lin.residual.shape
     maps = np.zeros((2 * n, conditions, rows), dtype=np.float32)
@@ -104,7 +105,7 @@ class Normal:
             self.random.append(uw @ u.T)
 
     def total(self, chosen, sd):
-        """Gram matrix in the inverse covariance, summed. sd: of jitter (m) and light (ln)."""
+        """Gram matrix in the inverse covariance, summed over conditions. sd: of jitter (m) and light (ln)."""
         scale = np.diag(sd)
         total = np.zeros_like(self.gram[0])
         for i in np.flatnonzero(chosen):
@@ -113,7 +114,7 @@ class Normal:
         return total
 
     def spread(self, chosen, values):
-        """Standard deviations of jitter and light between conditions, as the residuals beside some values show them."""
+        """Standard deviations of jitter and light between conditions, estimated from the residuals for given values."""
         squares, noise = [], []
         full = np.append(-values, 1.0)
         for i in np.flatnonzero(chosen):
@@ -124,7 +125,7 @@ class Normal:
         return np.sqrt(np.maximum(np.mean(squares, axis=0) - np.mean(noise, axis=0), floor))
 
     def solve(self, total, active):
-        """Values of all columns and reflectivities; what is not active is 0. A weak prior holds what is undetermined."""
+        """Values of all columns and reflectivities; inactive ones are 0. A weak prior regularises undetermined ones."""
         kept = np.concatenate([np.asarray(active, dtype=int), self.count + np.arange(self.targets)]).astype(int)
         values = np.zeros(self.count + self.targets)
         if len(kept):
@@ -133,8 +134,8 @@ class Normal:
         return values
 
     def fit(self, active, rounds=3):
-        """Values and standard deviations that suit each other, on what is not held out. What effects explain cannot
-        make the conditions differ more than they do without: else a bad fit would make its own room."""
+        """Consistent values and standard deviations, fitted to the data that are not held out. Effects must not
+        increase the scatter between conditions over that without effects: otherwise a bad fit would justify itself."""
         sd = self.without_effects
         for _ in range(rounds):
             values = self.solve(self.total(self.lin.trained, sd), active)

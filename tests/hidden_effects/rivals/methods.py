@@ -1,9 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""Other ways to close a gap. Each takes a Linearised and gives names and the depth that it explains, conditions x
-superpixels.
+"""Alternative methods for closing a gap. Each takes a Linearised and returns names and the explained depth, conditions
+x superpixels.
 
-What is held out is seen by none of them but for what every condition says of itself.
+None of them uses held-out data, except for the settings of each condition.
 """
 
 import warnings
@@ -16,12 +16,12 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from linearised import Normal
 
 MOST_EFFECTS = 6
-# Of the largest of all columns' |z|, two-sided, by Bonferroni: what the search asks for too.
+# Two-sided level for the largest |z| of all columns, with Bonferroni correction, as in the search.
 SIGNIFICANCE = 0.005
 
 
 def normal_quantile(tail):
-    """z with P(Z > z) = tail, by bisection."""
+    """Quantile z with P(Z > z) = tail, by bisection."""
     from math import erfc, sqrt
     low, high = 0.0, 40.0
     for _ in range(200):
@@ -31,7 +31,7 @@ def normal_quantile(tail):
 
 
 def greedy(lin):
-    """The column with the largest z comes in with those of its probe, all are refitted, until no z is significant."""
+    """Adds the column with the largest z and those of its probe, refits all, and repeats until no z is significant."""
     normal = Normal(lin)
     groups = lin.groups()
     names, active, used = [], [], set()
@@ -46,13 +46,13 @@ def greedy(lin):
             return names, normal.explained_depth(values)
         used.add(g)
         effect, indices = groups[g]
-        if effect not in names:  # else another of its shapes, such as the other phase
+        if effect not in names:  # otherwise another nonlinear value, such as the other phase
             names.append(effect)
         active.extend(indices)
 
 
 def z_values(normal, total, active):
-    """|z| of each column, if it came in beside what is active."""
+    """Score |z| of each column if added to the active ones."""
     count = normal.count
     kept = np.concatenate([np.asarray(active, dtype=int), count + np.arange(normal.targets)]).astype(int)
     score, information = total[:count, -1].copy(), np.diag(total)[:count].copy()
@@ -66,13 +66,13 @@ def z_values(normal, total, active):
 
 
 def group_lasso(lin):
-    """All effects at once (Yuan and Lin 2006); of the supports along the path the one whose refit has the least
-    extended BIC (Chen and Chen 2008): to leave out distances in turn would choose many more."""
+    """All effects at once (Yuan and Lin 2006); among the supports along the path, the one whose refit has the lowest
+    extended BIC (Chen and Chen 2008): cross-validation over distances would select many more."""
     normal = Normal(lin)
     effects = sorted(set(lin.effects))
     groups = [np.flatnonzero([effect == e for e in lin.effects]) for effect in effects]
     sd = normal.fit([])[1]
-    for _ in range(3):  # the spread between conditions is that beside what was chosen
+    for _ in range(3):  # the spread between conditions is estimated with the selected effects
         chosen = lasso_groups(lin, normal, groups, sd)
         active = np.concatenate([groups[g] for g in chosen] + [np.array([], dtype=int)]).astype(int)
         values, sd = normal.fit(active)
@@ -80,7 +80,7 @@ def group_lasso(lin):
 
 
 def lasso_groups(lin, normal, groups, sd, penalties=25):
-    """Indices of the groups that are chosen."""
+    """Indices of the selected groups."""
     total = normal.total(lin.trained, sd)
     basis = orthonormal(without_reflectivities(normal, total), groups)
     path = np.geomspace(1, 1e-3, penalties) * largest_penalty(normal, total, basis)
@@ -98,7 +98,7 @@ def lasso_groups(lin, normal, groups, sd, penalties=25):
 
 
 def without_reflectivities(normal, total):
-    """The Gram matrix with the targets' reflectivities taken out."""
+    """Gram matrix with the targets' reflectivities projected out."""
     count = normal.count
     kept = np.append(np.arange(count), total.shape[0] - 1)
     light = np.arange(count, count + normal.targets)
@@ -110,7 +110,7 @@ def without_reflectivities(normal, total):
 
 
 def orthonormal(gram, groups):
-    """For each group (indices, matrix): coordinates in which its own Gram matrix is the unit matrix."""
+    """Coordinates for each group (indices, matrix) in which its own Gram matrix is the identity."""
     basis = []
     for indices in groups:
         values, vectors = np.linalg.eigh(gram[np.ix_(indices, indices)])
@@ -125,7 +125,7 @@ def largest_penalty(normal, total, basis):
 
 
 def lasso_path(normal, total, basis, path, sweeps=60):
-    """Values of all columns at each penalty, by descent over blocks, warm from the one before."""
+    """Values of all columns at each penalty, by block coordinate descent with warm starts."""
     gram = without_reflectivities(normal, total)
     big = np.zeros((normal.count, sum(t.shape[1] for _, t in basis)))
     blocks, at = [], 0
@@ -134,10 +134,10 @@ def lasso_path(normal, total, basis, path, sweeps=60):
         blocks.append(slice(at, at + t.shape[1]))
         at += t.shape[1]
     inner, score = big.T @ gram[:-1, :-1] @ big, big.T @ gram[:-1, -1]
-    # The largest eigenvalue of a block bounds its curvature; 1 where the basis is that of these data.
+    # The largest eigenvalue of a block bounds its curvature; 1 if the basis is from these data.
     bound = [np.linalg.eigvalsh(inner[b, b])[-1] if b.stop > b.start else 1.0 for b in blocks]
     values, solutions = np.zeros(at), []
-    gradient = score.copy()  # of what is left
+    gradient = score.copy()  # of the residual
     for penalty in path:
         for _ in range(sweeps):
             most = 0.0
@@ -160,7 +160,7 @@ def lasso_path(normal, total, basis, path, sweeps=60):
 
 
 def process(inputs, values, known, points):
-    """Regression by a Gaussian process with a length for each input and noise, all fitted; given at every input."""
+    """Gaussian process regression with one length scale per input and noise, all fitted; predicted at every input."""
     some = np.random.default_rng(0).permutation(np.flatnonzero(known))[:points]
     scale = max(values[some].std(), 1e-9)
     kernel = ConstantKernel(1.0) * RBF(np.ones(inputs.shape[1]), (0.05, 100)) + WhiteKernel(0.1, (1e-6, 10))
@@ -171,8 +171,8 @@ def process(inputs, values, known, points):
 
 
 def gaussian_process(lin, points=800):
-    """A discrepancy that names nothing: one process for the means of the conditions, over distance, integration time
-    and amplitude, in whose noise a board may stand elsewhere; one for what pixels differ by, over the image too."""
+    """Discrepancy model without names: one process for the means of the conditions, over distance, integration time
+    and amplitude, with board displacements as noise; one for pixel deviations, also over the image."""
     n = lin.superpixels
     side = int(round(np.sqrt(n)))
     depth = lin.depth(lin.residual)
@@ -192,8 +192,8 @@ def gaussian_process(lin, points=800):
 
 
 def polynomial(lin, most=6, folds=5):
-    """Of the distance, one for each superpixel: the usual calibration of such cameras, its degree chosen on distances
-    that are left out in turn. It names nothing."""
+    """Polynomial in the distance for each superpixel: the usual calibration of such cameras, its degree selected by
+    cross-validation over distances. It names nothing."""
     depth = lin.depth(lin.residual)
     middle, half = (lin.distance.max() + lin.distance.min()) / 2, max(np.ptp(lin.distance) / 2, 1e-9)
     powers = np.polynomial.legendre.legvander((lin.distance - middle) / half, most)

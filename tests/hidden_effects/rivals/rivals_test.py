@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The rivals on data of which the truth is known: what is planted is found, what is not there is not. Exits with 77
-where their packages are not installed: ./bootstrap rivals."""
+"""Tests of the rival methods on data with known truth: planted effects are found, absent ones are not. Exits with 77
+if their packages are not installed: ./bootstrap rivals."""
 
 import sys
 import unittest
@@ -22,7 +22,7 @@ NOISE = np.repeat([3e-4, 1e-3, 1e-3, 1e-3, 1e-3], N)  # of each row
 
 
 def linearised(seed, planted=(), jitter=5e-4, conditions=40):
-    """A rail: one column of the distance, one of the image, one of the null channels, one with two columns."""
+    """A rail: one column of the distance, one of the image, one of the null channels, one effect with two columns."""
     random = np.random.default_rng(seed)
     distance = np.repeat(np.linspace(0.6, 6, conditions // 2), 2)
     time = np.tile([1e-3, 4e-3], conditions // 2)
@@ -60,11 +60,11 @@ class Rivals(unittest.TestCase):
         values, sd = normal.fit([1, 3, 4])
         np.testing.assert_allclose(values[[1, 3, 4]], [0.7, 0.4, -0.3], atol=0.05)
         np.testing.assert_allclose(values[-2:], [0.1, -0.05], atol=0.01)  # the reflectivities
-        self.assertLess(abs(sd[0] / 5e-4 - 1), 0.5)  # of some 30 conditions
+        self.assertLess(abs(sd[0] / 5e-4 - 1), 0.5)  # from about 30 conditions
         self.assertLess(abs(sd[1] / 2e-3 - 1), 0.5)
 
     def test_normal_equations_are_those_of_the_whole_covariance(self):
-        """Against the inverse of each condition's covariance, written out."""
+        """Compares with the inverse of each condition's covariance, computed explicitly."""
         lin = linearised(2, conditions=8)
         normal, sd = Normal(lin), np.array([5e-4, 2e-3])
         brute = np.zeros((len(lin.columns), len(lin.columns)))
@@ -81,13 +81,13 @@ class Rivals(unittest.TestCase):
             lin = linearised(3, [(1, 0.7), (3, 0.4), (4, -0.3)])
             names, explained = method(lin)
             self.assertEqual(sorted(names), ["tilt", "wave"], method.__name__)
-            # 0.3 mm of noise and 0.5 mm of jitter; what was there is 5 mm and more.
+            # 0.3 mm of noise and 0.5 mm of jitter; the original error is 5 mm and more.
             self.assertLess(lin.gap(explained, lin.held_out), 1e-3)
             self.assertGreater(lin.gap(0, lin.held_out), 4e-3)
 
     def test_greedy_is_silent_where_nothing_is(self):
         false = sum(len(greedy(linearised(seed))[0]) for seed in range(20, 40))
-        self.assertLessEqual(false, 1)  # at 0.5 % a campaign
+        self.assertLessEqual(false, 1)  # at 0.5 % per campaign
 
     def test_what_names_nothing_closes_a_smooth_gap(self):
         lin = linearised(4, [(0, 0.3), (1, 0.3)])
@@ -99,7 +99,7 @@ class Rivals(unittest.TestCase):
     def test_held_out_data_are_not_seen(self):
         for method in RIVALS.values():
             one, other = linearised(5, [(1, 0.5)]), linearised(5, [(1, 0.5)])
-            other.residual[other.held_out, :N] += 1.0  # a metre
+            other.residual[other.held_out, :N] += 1.0  # one metre
             np.testing.assert_allclose(method(one)[1], method(other)[1], atol=1e-9)
 
     def test_quantile(self):

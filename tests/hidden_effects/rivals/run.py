@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The tofgraph authors
 # SPDX-License-Identifier: BSD-3-Clause
-"""The gap search beside other methods, on the same campaigns with the same conditions held out.
+"""Compares the gap search with other methods, on the same campaigns with the same conditions held out.
 
     python3 tests/hidden_effects/rivals/run.py --suite pairs --seed 33000 --first 5
 
-Makes the campaigns of a suite one after the other, has tofgraph search each and every rival explain it, and prints a
-table in Markdown. The campaigns are deleted again.
+Makes the campaigns of a suite one after the other, runs tofgraph and every rival method on each, and prints a table in
+Markdown. The campaigns are deleted afterwards.
 """
 
 import argparse
@@ -34,24 +34,24 @@ SEARCH = "tofgraph"
 
 @dataclasses.dataclass
 class Outcome:
-    """What one method said of one campaign; gaps of the depth on held-out conditions, m."""
+    """Result of one method for one campaign; gaps of the depth on held-out conditions, m."""
     method: str
     names: list
-    right: int  # hidden effects that are named, or that something alike to them is
-    false: int  # names that are neither
+    right: int  # hidden effects that are named, directly or by an equivalent
+    false: int  # other names
     before: float
     after: float
     floor: float
     seconds: float
 
     def closed(self):
-        """Share of what is above the noise; nothing where the gap does not rise above it, as in the score."""
+        """Closed fraction of the gap above the noise; None if the gap is not above the noise, as in the score."""
         open_gap = self.before - self.floor
         return (self.before - self.after) / open_gap if open_gap > 0.2 * self.floor else None
 
 
 def compared(names, hidden, alike):
-    """How many hidden effects are named, and how many names are false."""
+    """Numbers of hidden effects that are named, and of false names."""
     covers = lambda name, effect: name == effect or frozenset((name, effect)) in alike
     right = sum(any(covers(name, effect) for name in names) for effect in hidden)
     return right, sum(not any(covers(name, effect) for effect in hidden) for name in names)
@@ -64,7 +64,7 @@ def command(arguments, what):
 
 
 def searched(options, index, scratch):
-    """One campaign of the suite, made and searched: its line of scores, its folder; nothing beyond the last one."""
+    """Makes and searches one campaign of the suite; returns its scores and folder, None beyond the last one."""
     arguments = [options.build / "tests/hidden_effects_score", options.suite, "--seed", options.seed, "--from", index,
                  "--first", 1, "--keep", "--scratch", scratch / "campaigns", "-o", scratch / "scores"]
     for name in ("design", "size"):
@@ -107,7 +107,7 @@ def percent(share):
 
 
 def table(cases):
-    """One line a method. cases: (what was hidden, outcomes)."""
+    """Table with one line per method. cases: (hidden effects, outcomes)."""
     text = ("| method | right names | false names | campaigns with one | held-out gap closed, median | to 90 % | "
             "seconds, median |\n| --- | --- | --- | --- | --- | --- | --- |\n")
     known = sum(len(hidden) for hidden, _ in cases)

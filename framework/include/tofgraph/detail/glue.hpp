@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The one place where a C++ stage becomes a C descriptor; no exception passes it.
+/// @file Conversion of a C++ stage to a C descriptor; no exception crosses this layer.
 #pragma once
 
 #include <tofgraph/ports.hpp>
@@ -28,10 +28,10 @@ template <class T> inline constexpr bool many_inputs = requires(T& stage, std::s
 template <class T> inline constexpr bool stateless = requires(const T& stage, Frame& frame) { stage.process(frame); }
 || requires(const T& stage, std::span<Frame> frames) { stage.process(frames); };
 
-/// A stage says `static constexpr bool steady = true;` when process() allocates nothing after its first frames.
+/// A stage declares `static constexpr bool steady = true;` if process() allocates nothing after its first frames.
 template <class T> inline constexpr bool steady = requires { requires T::steady; };
 
-/// Runs a call of a stage and turns what it throws into an error of the host.
+/// Calls a stage and reports an exception to the host.
 template <class Call> int guarded(const tofgraph_host* host, void* context, Call&& call) noexcept {
   try {
     return call();
@@ -46,7 +46,7 @@ template <class Call> int guarded(const tofgraph_host* host, void* context, Call
   return TOFGRAPH_STATUS_ERROR;
 }
 
-/// Hidden: classes of one name in two plugins are two classes, however the plugins are built.
+/// Hidden visibility: classes of the same name in two plugins must stay separate, however the plugins are built.
 template <class T> struct __attribute__((visibility("hidden"))) Glue {
   static int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
     return guarded(host, context, [&] {
@@ -90,7 +90,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
     });
   }
 
-  /// Function process() as the host calls it; effects have none.
+  /// Function process() for the host; null for effects.
   static constexpr auto process_call() -> int (*)(void*, tofgraph_frame* const*, std::uint64_t) {
     if constexpr (std::is_base_of_v<Effect, T>)
       return nullptr;
@@ -106,7 +106,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
     T& stage = *static_cast<T*>(self);
     guarded(stage.host, stage.context, [&] { return stage.stop(), TOFGRAPH_STATUS_OK; });
   }
-  /// Live parameters take other values; what the stage refuses it does not keep.
+  /// Changes the live parameters; if the stage refuses, the old values are restored.
   static int change(void* self, const tofgraph_value* values) {
     T& stage = *static_cast<T*>(self);
     return guarded(stage.host, stage.context, [&] {
@@ -130,7 +130,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
   }
   static void destroy(void* self) { delete static_cast<T*>(self); }
 
-  /// The descriptor, made once from an instance whose members say what the contract is.
+  /// Descriptor, built once from an instance whose members define the contract.
   static const tofgraph_descriptor* descriptor(const char* summary,
                                                const tofgraph_extension* extension = nullptr) noexcept {
     static std::vector<tofgraph_port> ports;
@@ -140,7 +140,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
         static const T contract;
         for (const PortBase* port : contract.ports) ports.push_back(port->port());
         for (const ParamBase* parameter : contract.parameters) parameters.push_back(parameter->parameter());
-      } catch (...) {  // create() throws the same again, where it can be told
+      } catch (...) {  // create() throws the same exception again, where it can be reported
         ports.clear();
         parameters.clear();
       }
@@ -165,7 +165,7 @@ template <class T> struct __attribute__((visibility("hidden"))) Glue {
 
 }  // namespace tofgraph::detail
 
-/// Exports a stage from its plugin. Once a file.
+/// Exports a stage from its plugin. Use once per file.
 #define TOFGRAPH_STAGE(Class, summary)                                                                 \
   extern "C" __attribute__((visibility("default"))) const tofgraph_descriptor* tofgraph_plugin(void) { \
     return tofgraph::detail::Glue<Class>::descriptor(summary);                                         \
