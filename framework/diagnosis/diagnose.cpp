@@ -25,7 +25,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Effects of the catalogue but those that are to be left out. Names that are none are mistakes.
+/// All effects of the catalogue except the excluded ones. An unknown name is an error.
 std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistry& catalogue,
                                                       const std::vector<std::string>& without,
                                                       std::vector<std::string>& notes) {
@@ -54,7 +54,7 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
   return candidates;
 }
 
-/// Takes conditions out of a campaign. Ids that are none are mistakes.
+/// Removes conditions from a campaign. An unknown id is an error.
 void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std::vector<std::string>& notes) {
   for (const std::string& id : skip) {
     const auto found = std::ranges::find(campaign.conditions, id, &io::Condition::id);
@@ -70,12 +70,12 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
   }
 }
 
-/// Shares of the progress: by when captures are read, folds begin, and numbers are put on what was found; and what one
-/// step takes of what is left.
+/// Fractions of the progress: end of reading, start of the folds, end of the search; and the share of the remaining
+/// progress that one step of the search takes.
 constexpr double read_by = 0.1, folds_from = 0.55, found_by = 0.95, step_share = 0.04;
 
-/// Parameters that are not fitted: refinements that the data do not ask for, and values of the given model that they do
-/// not determine.
+/// Parameters that are not fitted: refinements that the data do not require, and values of the given model that the
+/// data do not determine.
 std::vector<ParameterResult> fixed_of(const Candidate& candidate) {
   std::vector<ParameterResult> fixed;
   const auto add = [&](const FreeParameter& p, double value) {
@@ -141,7 +141,7 @@ class Run {
   }
 
  private:
-  /// A search of other data: the given model stays as it is by now.
+  /// Options for a search of other data: the given model is kept as it is now.
   static SearchOptions of_other_data(SearchOptions options) {
     options.hold_given = nullptr;
     options.fold_done = nullptr;
@@ -157,7 +157,7 @@ class Run {
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";
     }
     if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))
-      basis += io::sha256_of_file(program);  // a search of another version may find something else
+      basis += io::sha256_of_file(program);  // another version of the search may give other results
     const CaseFiles files(options_.cases, d_->inputs, basis);
     CaseDivision division{options_.shard, {}, {}};
     if (!options_.cases.empty()) division.load = [&](std::size_t k) { return files.load(k); };
@@ -182,7 +182,7 @@ class Run {
     if (options_.progress) options_.progress(std::min(share, 0.99), what);
   }
 
-  /// Each step of the search takes a share of what is left; folds tell how many there are.
+  /// Options of the search. Each step takes a share of the remaining progress; the folds report their number.
   SearchOptions searching() {
     SearchOptions search = options_.search;
     search.deadline = limit_.at(settings.searched_by);
@@ -256,7 +256,7 @@ class Run {
         d_->notes.push_back(fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting,
                                         fold.fold.levels, fold.failed));
     }
-    // The model as it was is not refitted, only the reflectivities are.
+    // The given model is not refitted; only its reflectivities and standard deviations are.
     const Problem original = make_problem(problem_->design, problem_->data);
     State as_it_was{d_->model_terms, d_->search.before.state.log_reflectivity, d_->search.before.state.random_sd};
     if (!d_->model_terms.empty()) update_grid_bias(original, as_it_was);
@@ -276,7 +276,7 @@ class Run {
                      scatter_left(*problem_, scatter[o], !d_->measurements.table, o),
                      noise_and_scatter(*problem_, scatter[o], !d_->measurements.table, o)};
     }
-    // Where the limit left no folds of the search, those that verified the model stand for them.
+    // If the time limit left no folds of the search, those that verified the model are used instead.
     if (const GapComparison& aside = d_->search.verified.held_out; folds.empty() && std::isfinite(aside.model))
       d_->gaps[distance].held_out_before = aside.given, d_->gaps[distance].held_out_after = aside.model;
   }
@@ -294,7 +294,7 @@ class Run {
       for (std::size_t k = 0; k < term.values.size(); ++k, ++at) {
         const FreeParameter& p = term.candidate->free()[k];
         const auto j = static_cast<Eigen::Index>(at);
-        const Interval interval = term.maps ? Interval{NAN, NAN} : all[at];  // of a scale the product alone is known
+        const Interval interval = term.maps ? Interval{NAN, NAN} : all[at];  // only scale times map is determined
         effect.parameters.push_back({p.name, p.unit, term.values[k], interval,
                                      parameter_status(p, interval, after.covariance(j, j)), p.nonlinear, p.off,
                                      p.typical});
@@ -340,8 +340,8 @@ class Run {
       d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
   }
 
-  /// Number of random halves. Where nothing was measured twice, the tests took all that is left for noise, independent
-  /// from one condition to the next; halves of the data show which names rest on that.
+  /// Number of random halves. Without repeated measurements the tests treat all residuals as noise that is independent
+  /// between conditions; halves of the data show which effects depend on that assumption.
   std::size_t halves_to_search() const {
     if (options_.resample > 0) return options_.resample;
     return !d_->search.found.empty() && std::isnan(d_->gaps[distance].noise_floor) ? settings.halves : 0;
@@ -364,7 +364,7 @@ class Run {
     }
   }
 
-  /// The first that fits, in the order of the verdicts.
+  /// First verdict that applies, in their order.
   void judge() {
     const bool rest = d_->search.something_left();
     const bool named = !d_->search.found.empty();

@@ -16,23 +16,23 @@ namespace tofgraph::diagnosis {
 
 struct DiagnosisOptions {
   std::filesystem::path model, data;
-  std::vector<std::string> without;  ///< effects that are no candidates
-  std::vector<std::string> skip;     ///< ids of conditions that are left out
+  std::vector<std::string> without;  ///< effects excluded from the candidates
+  std::vector<std::string> skip;     ///< ids of excluded conditions
   bool skip_missing = false;
-  bool other_serial = false;   ///< a model of another device is used, with a warning
-  std::size_t confidence = 0;  ///< cases that are injected to learn how often the search is right
-  std::size_t resample = 0;    ///< random halves on which effects are chosen again; 0: not at all
+  bool other_serial = false;   ///< a model of another device is accepted, with a warning
+  std::size_t confidence = 0;  ///< number of injected cases that estimate how often the search is right
+  std::size_t resample = 0;    ///< random halves that are searched; 0: only without repeated measurements
   double time_limit = 0;       ///< s; 0: none
-  config::Shard shard;         ///< of the cases; a part of them gives no report
+  config::Shard shard;         ///< of the cases; a partial shard writes no report
   std::filesystem::path
-      cases;  ///< folder of cases that were searched before, and into which a shard writes; may be empty
+      cases;  ///< folder of earlier cases, which are reused, and to which a shard adds its own; may be empty
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
-  std::function<void(const std::string& text)> warn;  ///< of what may be a mistake and does not stop the search
+  std::function<void(const std::string& text)> warn;  ///< for possible mistakes that do not stop the search
 };
 
-/// Reads, searches, judges. @throws config::ConfigurationError for what is written wrong
-/// @throws std::runtime_error for captures that cannot be read
+/// Reads, searches and judges. @throws config::ConfigurationError for errors in the user's files or options
+/// @throws std::runtime_error if captures cannot be read
 std::unique_ptr<Diagnosis> diagnose(const graph::PluginRegistry& catalogue, const DiagnosisOptions& options);
 
 }  // namespace tofgraph::diagnosis

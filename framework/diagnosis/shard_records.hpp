@@ -13,19 +13,19 @@
 
 namespace tofgraph::diagnosis {
 
-/// A reduced condition with what its capture was then.
+/// A reduced condition, and the state of its capture at that time.
 struct ReducedCondition {
   std::size_t index = 0;  ///< in the campaign
   std::string id, capture, sha256, key;
   std::uint64_t bytes = 0;
-  std::int64_t modified_ns = 0;  ///< only compared for equality, so that clocks need not agree
+  std::int64_t modified_ns = 0;  ///< compared for equality only, so clocks need not agree
 };
 
 struct ShardRecord {
   std::filesystem::path file;      ///< of the record
   std::filesystem::path campaign;  ///< absolute
   std::string campaign_sha256;
-  std::size_t conditions = 0;  ///< of the campaign
+  std::size_t conditions = 0;  ///< of the whole campaign
   config::Shard shard;
   std::vector<ReducedCondition> reduced;
 };
@@ -39,10 +39,10 @@ void write_record(const std::filesystem::path& folder, const ShardRecord& record
 /// All records of a folder, by name. @throws config::ConfigurationError for another version or a damaged one
 std::vector<ShardRecord> read_records(const std::filesystem::path& folder);
 
-/// Size and time of a file as a record states them; zeros where there is none.
+/// Stores size and modification time of a file in a condition; zeros if the file does not exist.
 void set_file_state(const std::filesystem::path& file, ReducedCondition& condition);
 
-/// "2/3, 3/3": the shards that are not among the records, of their largest division; empty: none.
+/// "2/3, 3/3": shards without a record, of the finest division; empty: none.
 std::string missing_shards(std::span<const ShardRecord> records);
 
 }  // namespace tofgraph::diagnosis

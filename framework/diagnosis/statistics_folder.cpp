@@ -36,7 +36,7 @@ fs::path statistics_path(const fs::path& folder, const std::string& key) {
   return folder / (key + io::statistics_extension);
 }
 
-/// True for a campaign that `merge -o` made, which has no records beside it.
+/// True for a campaign.yaml written by `merge -o`, which has no records beside it.
 bool is_of_statistics(const fs::path& file) {
   config::Diagnostics diagnostics;
   const io::Campaign campaign = io::read_campaign(file, diagnostics, io::Captures::may_be_missing);
@@ -45,7 +45,7 @@ bool is_of_statistics(const fs::path& file) {
          });
 }
 
-/// Refuses a folder whose campaign.yaml cannot be written, is the campaign itself or was written by someone else.
+/// Rejects a folder whose campaign.yaml cannot be written, is the campaign itself or was not made by reduce.
 /// @throws config::ConfigurationError
 void check_out(const fs::path& out, const fs::path& campaign) {
   const fs::path file = out / campaign_file;
@@ -57,7 +57,7 @@ void check_out(const fs::path& out, const fs::path& campaign) {
   if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
 }
 
-/// A campaign with captures of some conditions that were checked. @param shard whose captures are checked
+/// Returns the whole campaign; checks only the captures of one shard.
 io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
   config::Diagnostics diagnostics;
   io::Campaign campaign = io::read_campaign(file, diagnostics, io::Captures::may_be_missing);
@@ -99,7 +99,7 @@ class ShardReduction {
 
   ReduceResult run() {
     const config::Ranks& ranks = config::ranks();
-    if (ranks.rank() == 0) fs::remove(options_.out / campaign_file);  // while the statistics change there is none
+    if (ranks.rank() == 0) fs::remove(options_.out / campaign_file);  // absent while the statistics change
     std::vector<std::size_t> own;
     std::size_t count = 0;
     for (std::size_t i = 0; i < campaign_.conditions.size(); ++i) {
@@ -134,7 +134,7 @@ class ShardReduction {
   }
 
  private:
-  /// Adds up what the ranks have done; each then has the sums.
+  /// Sums the counts of all ranks; every rank gets the result.
   void gather_counts() {
     const nlohmann::json mine = {
         {"made", result_.made}, {"there", result_.there}, {"damaged", result_.damaged}, {"failed", result_.failed}};
@@ -176,7 +176,7 @@ class ShardReduction {
     return one;
   }
 
-  /// True if the file is there and whole; a damaged one is noted.
+  /// True if the file exists and is complete; a damaged one is recorded.
   bool is_whole(const fs::path& file) {
     if (!fs::exists(file)) return false;
     try {
@@ -194,13 +194,13 @@ class ShardReduction {
   const ReduceOptions& options_;
   io::Campaign campaign_;
   ShardRecord record_;
-  std::map<std::string, ReducedCondition> known_;  ///< captures that were hashed before
-  std::vector<fs::path> replaced_;                 ///< records of other divisions, which the whole replaces
+  std::map<std::string, ReducedCondition> known_;  ///< captures with known hashes
+  std::vector<fs::path> replaced_;                 ///< records of other divisions, replaced by a complete one
   ReduceResult result_;
   std::mutex mutex_;
 };
 
-/// Checks of records against each other and against what they were made from.
+/// Checks records against each other and against their inputs.
 class Merge {
  public:
   explicit Merge(std::span<const fs::path> folders) {
@@ -305,7 +305,7 @@ class Merge {
   }
 
   std::vector<ShardRecord> records_;
-  std::map<std::size_t, From> found_;  ///< by condition
+  std::map<std::size_t, From> found_;  ///< by index of the condition
 };
 
 }  // namespace

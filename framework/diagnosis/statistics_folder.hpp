@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// A folder of statistics: one KEY.stats per condition, a record of each shard that was reduced into it, and, once all
-/// shards are there, a campaign.yaml whose captures are these files.
+/// A folder of statistics: one KEY.stats per condition, a record of each reduced shard, and, once all shards are
+/// reduced, a campaign.yaml whose captures are these files.
 #pragma once
 
 #include "config/shard.hpp"
@@ -19,31 +19,31 @@ namespace tofgraph::diagnosis {
 struct ReduceOptions {
   std::filesystem::path campaign, out;
   config::Shard shard;
-  std::function<void(std::size_t done, std::size_t all)> progress;  ///< conditions, from any thread; may be empty
+  std::function<void(std::size_t done, std::size_t all)> progress;  ///< of conditions; from any thread; may be empty
 };
 
-/// Number of conditions by what was done for them.
+/// Numbers of conditions by outcome.
 struct ReduceResult {
   std::size_t made = 0;              ///< reduced now
-  std::size_t there = 0;             ///< whole before
-  std::vector<std::string> damaged;  ///< files that were damaged and made again
+  std::size_t there = 0;             ///< complete before
+  std::vector<std::string> damaged;  ///< damaged files that were made again
   std::vector<std::string> failed;   ///< one message per condition that could not be reduced
-  bool complete = false;             ///< campaign.yaml was written: all conditions are there
+  bool complete = false;             ///< campaign.yaml was written: all conditions have statistics
 };
 
-/// Reduces the conditions of a shard, several at a time; what is whole is kept. With the whole campaign in one shard
-/// the folder is complete afterwards. Every rank reduces a part of the shard.
-/// @throws config::ConfigurationError for mistakes in the campaign or a folder that cannot be written to
+/// Reduces the conditions of a shard, several at a time, and keeps complete statistics. If one shard is the whole
+/// campaign, the folder is then complete. Each rank reduces a part of the shard.
+/// @throws config::ConfigurationError for errors in the campaign, or if the folder cannot be written
 ReduceResult reduce_campaign(const ReduceOptions& options);
 
-/// Joins the shards in some folders, checks every file, and writes campaign.yaml into `out`.
+/// Joins the shards in several folders, checks every file, and writes campaign.yaml into `out`.
 /// @returns number of conditions
-/// @throws config::ConfigurationError naming the missing shards, a capture or a campaign that has changed since, two
-/// shards that disagree
+/// @throws config::ConfigurationError naming missing shards, a changed capture or campaign, or two shards that
+/// contradict each other
 std::size_t merge_statistics(std::span<const std::filesystem::path> folders, const std::filesystem::path& out);
 
-/// The campaign of a folder of statistics; of a file the file itself.
-/// @throws config::ConfigurationError for a folder without one, with the shards that are missing
+/// Campaign of a folder of statistics; a path that is not a folder is returned unchanged.
+/// @throws config::ConfigurationError for a folder without campaign.yaml, naming the missing shards
 std::filesystem::path campaign_in(const std::filesystem::path& data);
 
 }  // namespace tofgraph::diagnosis

@@ -36,7 +36,7 @@ FrameSums sums_of(const io::Recording& recording, const std::array<std::uint64_t
   return sums;
 }
 
-/// The first line in which two texts differ, as "now X, then Y".
+/// First line in which two texts differ, as "now X, then Y".
 std::string difference_of(const std::string& now, const std::string& then) {
   std::istringstream a(now), b(then);
   for (std::string x, y; std::getline(a, x) && std::getline(b, y);)
@@ -55,7 +55,7 @@ ConditionFrames of_statistics(const io::Condition& condition, const io::Camera& 
                              Demodulation(physics::exposures_of(camera.view())))};
 }
 
-/// @throws std::runtime_error for a capture that does not fit the camera
+/// @throws std::runtime_error if a capture does not fit the camera
 void check_facts(const io::CaptureFacts& facts, const tofgraph_camera& camera) {
   if (facts.header.width != camera.width || facts.header.height != camera.height)
     throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", facts.header.width,

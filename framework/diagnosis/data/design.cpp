@@ -16,7 +16,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double probe = 1e-3;  ///< m, for the derivative by the board's distance
+constexpr double probe = 1e-3;  ///< m, step of the derivative with respect to the board's distance
 
 simulation::BoardPose scaled_reflectivity(simulation::BoardPose pose, double light) {
   pose.reflectivity *= std::exp(light);
@@ -157,7 +157,7 @@ std::vector<double> Design::rows_of(const std::vector<Signal>& seen, const std::
   for (std::size_t s = 0; s < n; ++s) {
     const Signal &now = seen[s], &base = ideal[s];
     const std::complex<double> ratio = now.phasor / base.phasor;
-    const double gain = std::sqrt(std::norm(ratio));  // far faster than std::abs, which no overflow needs here
+    const double gain = std::sqrt(std::norm(ratio));  // much faster than std::abs; no overflow is possible here
     rows[distance * n + s] = scale * std::arg(ratio);
     rows[amplitude * n + s] = std::log(gain);
     rows[intensity * n + s] = std::log(now.intensity / base.intensity);
@@ -198,7 +198,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   for (std::size_t s = 0; s < n; ++s) {
     const Sums& sums = all[s];
     const std::complex<double> ratio = sums.product / sums.square;
-    const double gain = sums.lengths / sums.square;  // not that of the sum: pixels whose phases differ lose nothing
+    const double gain = sums.lengths / sums.square;  // mean of the pixels: differing phases lose no amplitude
     rows[distance * n + s] = scale * std::arg(ratio);
     rows[amplitude * n + s] = std::log(gain);
     rows[intensity * n + s] = std::log(sums.intensity / sums.base_intensity);

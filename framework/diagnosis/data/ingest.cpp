@@ -25,13 +25,13 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Why this search cannot use a condition, or nothing.
+/// Reason why the search cannot use a condition; empty if it can.
 std::string problem_of(const io::Condition& c) {
   if (!c.is_capped() && (!c.has_board() || !c.scene.empty())) return "it shows no single board";
   return "";
 }
 
-/// Adds what the capture states and the campaign does not.
+/// Fills in values that the capture states and the campaign does not.
 void complete(io::Condition& condition, const tofgraph_metadata& first) {
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
   if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
@@ -49,7 +49,7 @@ struct Read {
   double recorded_time = io::unknown;  ///< s
   std::size_t saturated = 0, frames = 0;
   FrameSums::Kind kind = FrameSums::Kind::phases;
-  std::string why_not;  ///< it cannot be used, or nothing
+  std::string why_not;  ///< reason why it cannot be used; empty if it can
 };
 
 class Reader {
@@ -68,7 +68,7 @@ class Reader {
 
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
 
-  /// @param own, found as for reduce()
+  /// @param own, found as in reduce()
   Read read(const io::Condition& written, const PixelPhases* own, PixelPhases* found) const {
     Read result;
     result.condition = written;
@@ -105,7 +105,7 @@ class Reader {
     signals.reserve(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
-      // A superpixel that is partly outside the lens model has no middle that stands for it.
+      // The centre of a superpixel that is partly outside the lens model does not represent it.
       if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
@@ -122,10 +122,10 @@ class Reader {
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
   simulation::Pixels pixels_;
-  std::vector<bool> edge_;  ///< superpixels
+  std::vector<bool> edge_;  ///< true: partly outside the lens model; one per superpixel
 };
 
-/// Serial number of the device that recorded the captures; empty: not recorded.
+/// Serial number of the device that recorded the captures; empty if not recorded.
 /// @throws config::ConfigurationError for captures of several devices
 std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& read) {
   std::vector<std::string> serials;
@@ -136,12 +136,12 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
   return serial;
 }
 
-/// Measurements of the conditions that can be used. @param why not, one a condition, or nothing
+/// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
 Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
                       const std::vector<std::string>& why) {
   Measurements result;
   std::vector<io::Condition> used;
-  std::vector<double> noise;  // of conditions, by the profile's
+  std::vector<double> noise;  // ratios of measured to profile noise, one per condition
   std::size_t pixels = 0, bad = 0, saturated = 0, single = 0;
   for (std::size_t i = 0; i < read.size(); ++i) {
     if (!why[i].empty()) {
@@ -196,7 +196,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
         why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
     } catch (const std::runtime_error& error) {
-      const std::string file = condition.capture.string(), what = error.what();  // which may begin with the file
+      const std::string file = condition.capture.string(), what = error.what();  // may begin with the file's name
       why[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
       missing[i] = 1;
     }
@@ -225,7 +225,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
 std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width) {
   const auto& size = *condition.board_size;
   const auto axes = simulation::rotation(condition.board_tilt_x, condition.board_tilt_y, 0);
-  const auto roll = simulation::rotation(0, 0, condition.roll);  // back to where the camera is upright
+  const auto roll = simulation::rotation(0, 0, condition.roll);  // undoes the camera's roll
   const std::size_t height = hits.size() / width;
   std::vector<bool> inside(hits.size()), result(hits.size());
   for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -260,7 +260,7 @@ std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data
   const auto add = [&](const fs::path& file) {
     std::error_code error;
     if (file.empty() || !fs::is_regular_file(file, error) || !seen.insert(file).second) return;
-    if (io::is_statistics(file)) {  // the report names the capture, once, whose content decides
+    if (io::is_statistics(file)) {  // lists the capture, once, because its content decides
       const io::StatisticsHeader header = io::read_statistics_header(file);
       if (seen.insert(header.capture).second) inputs.push_back({header.capture, header.capture_sha256});
       return;
@@ -271,7 +271,7 @@ std::vector<InputFile> hashed_inputs(const fs::path& model, const fs::path& data
   for (const io::Condition& c : conditions) {
     add(c.campaign);
     add(c.capture);
-    if (c.capture.empty() && c.at.source) add(c.at.source->name);  // a row of a table
+    if (c.capture.empty() && c.at.source) add(c.at.source->name);  // the table that contains the condition
   }
   return inputs;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file From captures to observations: superpixels, masks, noise.
+/// @file Converts captures to observations: superpixels, masks, noise.
 #pragma once
 
 #include "diagnosis/data/design.hpp"
@@ -17,35 +17,35 @@
 
 namespace tofgraph::diagnosis {
 
-// ---- Which pixels see a board that does not fill the view ----
+// ---- Pixels that see a board smaller than the field of view ----
 
-/// Pixels whose ray, and that of every pixel up to two away, meets the board within its size: those at its edge see
-/// what stands behind it, too. @param hits where the pixels' rays meet the board's plane, row-major
-/// @param width pixels in a row @param condition with a board that has a size
+/// Pixels whose ray, and the rays of all pixels up to two away, hit the board within its size: pixels at the edge also
+/// see the background. @param hits intersections of the pixels' rays with the board's plane, row-major
+/// @param width pixels per row @param condition with a board of stated size
 std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width);
 
 // ---- From captures to observations ----
 
-/// The standard deviation between the frames of a condition by what the profile's noise says.
+/// Standard deviation between the frames of a condition over that of the profile's noise.
 struct NoiseRatio {
-  double middle, least, most;  ///< of the conditions
+  double middle, least, most;  ///< over the conditions; middle: median
 };
 
-/// Measurements of a campaign as they were read.
+/// Measurements of a campaign.
 struct Measurements {
-  std::shared_ptr<const Design> design;    ///< of the conditions that are used
-  std::vector<Observations> observations;  ///< one a condition of the design
-  std::vector<std::string> left_out;       ///< conditions that are not used, and why
+  std::shared_ptr<const Design> design;    ///< conditions that are used
+  std::vector<Observations> observations;  ///< one per condition of the design
+  std::vector<std::string> left_out;       ///< excluded conditions, with reasons
   std::size_t frames = 0;
-  double bad_pixels = 0;               ///< share of pixels that do not fit their neighbours
-  double saturated = 0;                ///< share
-  bool replicates = false;             ///< noise from the frames; otherwise from the camera's profile
+  double bad_pixels = 0;               ///< fraction of pixels that differ from their neighbours
+  double saturated = 0;                ///< fraction of pixels
+  bool replicates = false;             ///< true: noise from the frames; false: from the camera's profile
   bool taps = false, phases = false;   ///< some condition has them
-  bool decoded = false;                ///< some condition has distances alone
-  bool table = false;                  ///< one mean a condition in place of captures
-  std::optional<NoiseRatio> noise;     ///< where frames and the profile tell it
+  bool decoded = false;                ///< some condition has decoded distances and amplitudes
+  bool table = false;                  ///< one mean per condition instead of captures
+  std::optional<NoiseRatio> noise;     ///< if frames and profile both state noise
   std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
-  std::vector<double> recorded_times;  ///< integration times of the captures, s, one a condition; NaN: not recorded
+  std::vector<double> recorded_times;  ///< integration times of the captures, s, one per condition; NaN: not recorded
 };
 
 struct IngestOptions {
@@ -55,25 +55,25 @@ struct IngestOptions {
 };
 
 /// Reads all captures, one condition at a time.
-/// @throws std::runtime_error naming a capture that is missing or cannot be read, unless these are to be skipped
-/// @throws std::invalid_argument when too little is left to search in
+/// @throws std::runtime_error naming a capture that is missing or unreadable, unless missing ones are skipped
+/// @throws std::invalid_argument if too few conditions remain for a search
 /// @throws config::ConfigurationError for captures of several devices
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options);
 
-/// The means of a table: distance from the depth or else from the half path, and the amplitude where it is there. Their
-/// noise is the pixels' spread over the root of how many there are; what boards differ by comes on top in the search.
-/// @throws std::invalid_argument when too little is left to search in
+/// Means of a table: distance from the depth or, without it, from the half path, and amplitude if given. The noise is
+/// the spread of the pixels over the square root of their number; the search adds the scatter between boards.
+/// @throws std::invalid_argument if too few conditions remain for a search
 Measurements measure_table(const io::Campaign& campaign, bool physical);
 
-// ---- The files that a diagnosis has read, with what they contained ----
+// ---- Input files of a diagnosis, with hashes of their content ----
 
 struct InputFile {
-  std::string file;    ///< as it was given; captures relative to the campaign's folder
+  std::string file;    ///< as given; captures relative to the campaign's folder
   std::string sha256;  ///< hexadecimal
 };
 
-/// The model, the campaign, its table or its captures; each once, without those that are missing.
-/// @throws std::runtime_error when one cannot be read
+/// Hashes of the model, the campaign, and its table or captures; each once, missing files omitted.
+/// @throws std::runtime_error if a file cannot be read
 std::vector<InputFile> hashed_inputs(const std::filesystem::path& model, const std::filesystem::path& data,
                                      const std::vector<io::Condition>& conditions);
 

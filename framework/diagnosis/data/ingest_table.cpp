@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Campaigns that exist only as statistics: one mean over a window of the board in each condition.
+// Campaigns that exist only as statistics: one mean over a window of the board per condition.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/data/search_settings.hpp"
 
@@ -34,7 +34,7 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
       const Signal signal = demodulation.of_taps(&taps[v * camera.width + u], pixels.size());
       if (std::isnan(signal.intensity)) continue;  // outside the lens model
       const double folded = scale * std::arg(signal.phasor);
-      // Half paths are a little longer than the board is far: the period nearest to that.
+      // Half paths are slightly longer than the board distance, so the period nearest to it is right.
       sum.path += folded + range * std::round((condition.board_distance - folded) / range);
       sum.amplitude += std::abs(signal.phasor);
       ++sum.count;
@@ -55,7 +55,7 @@ Measurements measure_table(const io::Campaign& campaign, bool physical) {
     const bool known = std::isfinite(condition.measured.depth) || std::isfinite(condition.measured.distance);
     if (known && std::isfinite(condition.integration_time))
       used.push_back(condition);
-    else if (known || std::isnan(condition.measured.depth_sd))  // else it is evidence of the pixels' spread alone
+    else if (known || std::isnan(condition.measured.depth_sd))  // otherwise it states only the spread of the pixels
       result.left_out.push_back(
           fmt::format("{}: it has no {}", condition.id, known ? "integration_time" : "measured_depth"));
   }

@@ -27,7 +27,7 @@ Demodulation::Demodulation(const physics::Exposures& exposures) {
     sine += std::sin(exposure.phase) / count;
   }
   for (std::size_t k = 0; k < n; ++k) offset_.push_back(1 / count - cosine * cosine_[k] + sine * sine_[k]);
-  // Weights that are zero but for rounding would make numbers of nothing.
+  // Weights that are zero except for rounding would turn noise into values.
   for (auto* weights : {&cosine_, &sine_, &offset_}) {
     for (double& weight : *weights) weight = std::abs(weight) < 1e-14 ? 0 : weight;
   }

@@ -13,7 +13,7 @@ BoardPhasors::Phasors phasors_of(const std::vector<Signal>& signals) {
   return phasors;
 }
 
-/// The condition's superpixels as phasors; those without a distance are NaN.
+/// Adds the measured phasors of a condition's superpixels; NaN without a distance.
 void add_measured(const Measurements& m, std::size_t i, BoardPhasors& result) {
   const Observations& data = m.observations[i];
   const std::size_t n = m.design->superpixels();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Conditions that contradict the rest of their campaign, because something was written wrongly: told before any
-/// search, which would take them for what the simulation lacks. The check is calibration/plausibility.hpp.
+/// Conditions that contradict the rest of their campaign because of wrong entries: reported before any search, which
+/// would mistake them for missing effects. The check itself is calibration/plausibility.hpp.
 #pragma once
 
 #include "calibration/plausibility.hpp"
@@ -12,13 +12,13 @@ namespace tofgraph::diagnosis {
 
 using calibration::Contradiction;
 
-/// The boards' superpixels. @param measurements stays as long as the result
+/// Phasors of the boards' superpixels. @param measurements must outlive the result
 calibration::BoardPhasors phasors_of(const Measurements& measurements);
 
-/// Those of calibration::contradictions. In the order of the conditions of the design.
+/// Result of calibration::contradictions, in the order of the design's conditions.
 std::vector<Contradiction> contradictions(const Measurements& measurements);
 
-/// @throws config::ConfigurationError with every contradiction at its place in the campaign
+/// @throws config::ConfigurationError with every contradiction and its position in the campaign
 void require_consistent(const Measurements& measurements);
 
 }  // namespace tofgraph::diagnosis

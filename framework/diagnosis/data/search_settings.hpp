@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Every threshold of the gap search. A comment has the decision, the unit and the source of the value, as in the table
-/// of docs/method.md, which tests/thresholds.py makes from this file.
+/// Every threshold of the gap search. Its comment states decision, unit and source, as in the table of docs/method.md,
+/// which tests/thresholds.py makes from this file.
 #pragma once
 
 #include "diagnosis/data/observables.hpp"
@@ -28,7 +28,7 @@ struct SearchSettings {
   double pixel_outlier = 6;
   /// pixels of a superpixel, at least | | chosen
   std::size_t min_pixels = 8;
-  /// neighbouring pairs to estimate noise, at least | | statistical: it is known to a quarter then
+  /// neighbouring pairs to estimate noise, at least | | statistical: the noise is then known to a quarter
   std::size_t min_neighbours = 30;
   /// superpixel too dark below this amplitude | sd of its mean | chosen
   double min_amplitude = 10;
@@ -47,7 +47,7 @@ struct SearchSettings {
   double table_amplitude_sd = 1e-2;
 
   // == Fit ==
-  /// prior sd of linear parameters | typical values | chosen, wide: data that determine anything decide
+  /// prior sd of linear parameters | typical values | chosen, wide: any informative data outweigh it
   double prior_width = 100;
   /// least sd between conditions | m; of ln | chosen, wide
   double min_sd = 1e-6;
@@ -57,9 +57,9 @@ struct SearchSettings {
   double max_offset_sd = 1e-2;
   /// largest sd of light | ln | chosen
   double max_light_sd = 0.1;
-  /// largest sd of distance drift | m | physical: warm cameras drift by as much at most
+  /// largest sd of distance drift | m | physical: upper limit for warm cameras
   double max_drift_sd = 2e-3;
-  /// largest sd of light drift | ln | physical: likewise
+  /// largest sd of light drift | ln | physical: upper limit for warm cameras
   double max_drift_light_sd = 2e-2;
   /// largest sd between sessions | m; ln | chosen
   double max_session_sd = 0.3;
@@ -83,9 +83,9 @@ struct SearchSettings {
   double variances_converged = 0.005;
   /// steps of a fit, at most | steps | numerical
   int max_fit_steps = 30;
-  /// fall of the deviance at which a fit ends | deviance | numerical: small against the 10 that decide
+  /// fall of the deviance at which a fit ends | deviance | numerical: small against min_bic_gain
   double converged = 0.02;
-  /// likewise, for a comparison of candidates | deviance | numerical: small against the 10 that decide
+  /// likewise, for a comparison of candidates | deviance | numerical: small against min_bic_gain
   double roughly_converged = 0.5;
   /// halvings of a start that gives no number or a worse model | halvings | numerical
   int max_start_halvings = 6;
@@ -109,7 +109,7 @@ struct SearchSettings {
   double board_sure_share = 0.5;
   /// relative gain of one common field, at most | | chosen
   double board_max_common_gain = 0.95;
-  /// sd of flatness, at most | m | physical: what boards are not flat by
+  /// sd of flatness, at most | m | physical: usual deviation of boards from flatness
   double board_max_sd = 2e-3;
   /// gain by flatness, at least | deviance | chosen
   double board_min_deviance_gain = 20;
@@ -129,11 +129,11 @@ struct SearchSettings {
   double field_max_trial_sd = 2e-2;
   /// ratio of the sds of smooth fields that are tried | | numerical: a grid
   double field_trial_factor = 1.5;
-  /// runs of a lasting field, at least | | chosen: what stays for half of a campaign may be the camera's
+  /// runs of a lasting field, at least | | chosen: a field that lasts half of a campaign may be the camera's
   std::ptrdiff_t field_min_runs = 3;
   /// least correlation within a run | | chosen
   double field_run_correlation = 0.2;
-  /// smooth field is unexplained above | m | physical: what boards and rooms leave
+  /// smooth field is unexplained above | m | physical: usual residual of boards and rooms
   double field_max_nuisance_sd = 2e-3;
   /// degrees of freedom of board offsets | | chosen
   double board_offset_freedom = 4;
@@ -141,7 +141,7 @@ struct SearchSettings {
   double min_jitter_scale = 1.5;
   /// board is reported as misplaced above | sd | chosen
   double misplaced_sd = 6;
-  /// likewise, and above | m | physical: less is what rails and boards do
+  /// likewise, and above | m | physical: smaller errors are usual for rails and boards
   double misplaced_distance = 3e-3;
   /// conditions for median board offset, at least | | chosen
   std::size_t misplaced_min_conditions = 8;
@@ -159,7 +159,7 @@ struct SearchSettings {
   double collinear = 0.9999;
   /// lack of fit: explained below | | chosen
   double explained = 1.05;
-  /// fall of BIC per set or effect | BIC | chosen; as far as BIC gives odds, 150 to 1
+  /// fall of BIC per set or effect | BIC | chosen; if BIC is read as odds, 150 to 1
   double min_bic_gain = 10;
   /// effects added in all, at most | | chosen
   std::size_t max_effects = 6;
@@ -181,7 +181,7 @@ struct SearchSettings {
   std::size_t max_singles = 8;
   /// single effects that are always fitted | | chosen
   std::size_t sure_singles = 3;
-  /// share of it to fit further ones | | chosen: a large gap is curved
+  /// share of it to fit further ones | | chosen: the response to a large gap is nonlinear
   double min_single_promise = 0.3;
   /// forms per rival that are fitted | | chosen, for the time
   std::size_t max_forms = 3;
@@ -191,8 +191,8 @@ struct SearchSettings {
   double min_visible_chi_square = 1;
   /// share of excess a further addition removes, at least | | chosen
   double min_excess_reduction = 0.1;
-  /// removal not fitted if predicted cost over price exceeds | | chosen: boards and light that scatter more are
-  /// accounted for
+  /// removal not fitted if predicted cost over price exceeds | | chosen: the predicted cost excludes what boards and
+  /// light can take over
   double clearly_worth = 3;
 
   // == Maps ==
@@ -210,7 +210,7 @@ struct SearchSettings {
   double map_min_rough_gain = 0.5;
   /// share of BIC fall by maps alone to start with them | | chosen
   double map_start_share = 0.3;
-  /// relative predicted gain for effects to replace maps | | chosen: curvature may make more of it
+  /// relative predicted gain for effects to replace maps | | chosen: the nonlinear gain may be larger
   double map_replacement_promise = 0.75;
   /// share of excess left by maps that replace effects | | chosen
   double map_max_excess = 0.01;
@@ -218,7 +218,7 @@ struct SearchSettings {
   // == Tests of an effect, and rivals ==
   /// p-value, below | | statistical: one wrong name in 200 campaigns
   double significance = 0.005;
-  /// random sign flips | | statistical: then p below 0.005 is four draws that gain as much, at most
+  /// random sign flips | | statistical: p below 0.005 is then at most four draws with as large a gain
   std::size_t sign_flips = 1000;
   /// effective sample size below which flips are insufficient | | statistical: p can reach 2/1024; with 8 it is 2/256
   /// at least
@@ -238,7 +238,7 @@ struct SearchSettings {
   double near_limit = 0.02;
   /// likewise, at its lower limit | typical values | chosen
   double max_width_at_limit = 1;
-  /// joint region of amplitude parameters | | statistical: as of intervals
+  /// joint region of amplitude parameters | | statistical: as for intervals
   double joint_confidence = 0.95;
   /// difference of tied rivals, less than | deviance, BIC | chosen: as min_bic_gain
   double tie_limit = 10;
@@ -246,7 +246,7 @@ struct SearchSettings {
   double min_rival_gain = 0.5;
   /// relative difference below which rivals use every pixel | | chosen
   double close_rival = 0.01;
-  /// relative linear gain to fit nearest candidates | | chosen: curvature may make more of it
+  /// relative linear gain to fit nearest candidates | | chosen: the nonlinear gain may be larger
   double min_nearest_gain = 0.3;
   /// explained fraction to list them | | chosen
   double min_nearest_fraction = 0.01;
@@ -304,7 +304,7 @@ struct SearchSettings {
   // == Unexplained residual and intervals ==
   /// largest degree of patterns | | chosen
   int max_legendre = 4;
-  /// largest frequency of phase patterns | cycles a turn | physical: those of a seventh harmonic in four samples
+  /// largest frequency of phase patterns | cycles a turn | physical: that of a seventh harmonic in four samples
   int max_cycles = 8;
   /// false discovery rate of patterns | | statistical: Benjamini and Hochberg
   double false_discoveries = 0.05;
@@ -320,7 +320,7 @@ struct SearchSettings {
   double component_sd = 6;
   /// bootstrap draws of intervals | | chosen
   int interval_draws = 500;
-  /// refinement fitted for intervals above | its sd | chosen: most are linear below
+  /// refinement fitted for intervals above | its sd | chosen: below, most are linear
   double interval_refinement_sd = 2;
 
   // == Audit, and what to measure next ==
@@ -336,8 +336,8 @@ struct SearchSettings {
   double blind_share = 0.5;
   /// ratio of undetermined values to distinguish | | chosen
   double undetermined_ratio = 3;
-  /// sd of nonlinear parameters in a new condition about their fitted values | typical values | numerical: farther they
-  /// are not linear
+  /// sd of nonlinear parameters in a new condition about their fitted values | typical values | numerical: beyond it
+  /// the model is not linear
   double nonlinear_prior_sd = 1;
   /// distance of two models, at least | sd | statistical: one in twenty differs by as much by chance
   double min_distinction = 2;
@@ -349,7 +349,7 @@ struct SearchSettings {
   double far_board = 1.3;
   /// distance from unambiguous range, at least | m | chosen
   double range_margin = 0.1;
-  /// cold camera measured after | s | physical: as soon as a lab can
+  /// cold camera measured after | s | physical: the earliest possible in a laboratory
   double cold_time = 60;
   /// set-up effect is determined below, beside a map | typical values | chosen
   double max_tie_width = 1;
@@ -371,14 +371,14 @@ struct SearchSettings {
   // == Time limit ==
   /// share of time for the search | | chosen: reports take the rest
   double searched_by = 0.65;
-  /// likewise, with comparison with given model | | chosen: likewise
+  /// likewise, with comparison with given model | | chosen: reports take the rest
   double verified_by = 0.8;
-  /// likewise, with rivals | | chosen: likewise
+  /// likewise, with rivals | | chosen: reports take the rest
   double compared_by = 0.9;
 
   // == Practical significance ==
-  /// change that does not matter, by observable (RMS) | m; of ln | physical: what the coarse grid misses, and what a
-  /// camera repeats
+  /// change that does not matter, by observable (RMS) | m; of ln | physical: error of the coarse grid, and
+  /// repeatability of a camera
   std::array<double, observables> practical_threshold = {1e-4, 1e-3, 1e-3, 2e-4, 2e-4};
 };
 inline constexpr SearchSettings settings;

@@ -27,7 +27,7 @@ FrameSums::Kind kind_of(const std::string& name) {
   return static_cast<FrameSums::Kind>(found - kind_names.begin());
 }
 
-/// A pixel in units of the ideal camera's: what does not depend on where the pixel is, if all is well.
+/// Signal of a pixel relative to the ideal camera's: ideally independent of the pixel's position.
 struct Relative {
   double real, imaginary, intensity, null1, null2;
   static constexpr std::array<double Relative::*, 5> all();
@@ -36,7 +36,7 @@ constexpr std::array<double Relative::*, 5> Relative::all() {
   return {&Relative::real, &Relative::imaginary, &Relative::intensity, &Relative::null1, &Relative::null2};
 }
 
-/// Pixels that lie within the bulk in all five numbers.
+/// True for pixels that are no outliers in any of the five numbers.
 std::vector<bool> inliers(const std::vector<Relative>& pixels) {
   std::vector<bool> good(pixels.size(), true);
   std::vector<double> values(pixels.size());
@@ -138,7 +138,7 @@ Signal FrameSums::mean(std::size_t i) const {
   const auto frames = static_cast<double>(content_.frames);
   Signal signal = demodulation_.of_samples(sums(i), content_.intensity[i]);
   signal.phasor /= frames;
-  if (is_decoded()) return {signal.phasor};  // what else there is of it is rounding
+  if (is_decoded()) return {signal.phasor};  // its other values are rounding errors
   signal.intensity /= frames;
   signal.null1 /= frames;
   signal.null2 /= frames;
@@ -176,7 +176,7 @@ class Reduction {
       if (good[i]) kept.push_back(pixels[i]);
     }
     counts.bad += pixels.size() - kept.size();
-    // Near the full well the noise decides which frames are clipped: what is left there is not their mean.
+    // Near the full well noise decides which pixels are clipped, so the mean of the remaining ones is biased.
     if (std::ranges::any_of(kept, [this](std::size_t i) {
           return brightest(i) > settings.max_full_well_fraction * sums_.content_.limit;
         }))
@@ -218,8 +218,8 @@ class Reduction {
     return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
   }
 
-  /// Variance of one sample c_k in counts^2 (of distances alone, where the amplitude is 1): between frames, or of one
-  /// frame the profile's, scaled to the scatter between neighbouring pixels.
+  /// Variance of one sample c_k in counts^2 (dimensionless for distances alone, whose amplitude is 1): measured between
+  /// frames, or for a single frame the profile's, scaled to the scatter between neighbouring pixels.
   double sample_variance(const std::vector<std::size_t>& pixels) const {
     double sum = 0;
     if (sums_.content_.frames < 2) {
@@ -234,8 +234,8 @@ class Reduction {
     return sum / static_cast<double>(pixels.size());
   }
 
-  /// Variance across the phasor between neighbours in a row, over that of the profile's noise: cameras differ from
-  /// their profile. 1 where too few have a neighbour.
+  /// Variance of neighbouring pixels in a row across the phasor, over that of the profile's noise, which may differ
+  /// from the camera's. 1 if there are too few pairs.
   double scatter_ratio(const std::vector<std::size_t>& pixels) const {
     std::complex<double> product, sum;
     double square = 0;
@@ -277,13 +277,13 @@ class Reduction {
     }
     return noise_.sample_variance(ideal_[i].intensity) * of_components(i) / (ideal * ideal);
   }
-  /// The mean of a decoded phasor's two components, for samples of variance 1.
+  /// Mean variance of a decoded phasor's two components, for samples of variance 1.
   double of_components(std::size_t i) const {
     const auto [along, across] = sums_.camera_.variance(sums_.mean(i).phasor);
     return (along + across) / 2;
   }
 
-  /// RandomEffectSd of the components of a pixel's phasor; a decoded one's are those of a sample.
+  /// Variances of the components of a pixel's mean phasor; for decoded frames both are the variance of a sample.
   Demodulation::Variance of_component(const std::vector<std::size_t>& pixels) const {
     const double variance = std::max(sample_variance(pixels), settings.min_sample_variance) / frames_;
     if (sums_.is_decoded()) return {variance, variance};
@@ -293,7 +293,7 @@ class Reduction {
     return {along * variance, across * variance};
   }
 
-  /// @returns the phasor by the ideal one's
+  /// @returns ratio of the measured to the ideal phasor
   std::complex<double> summarise(const std::vector<std::size_t>& pixels, std::size_t s, std::size_t n,
                                  Observations& out) const {
     std::complex<double> product;
@@ -313,13 +313,13 @@ class Reduction {
     const double gain = std::abs(ratio), variance = std::max(sample_variance(pixels), settings.min_sample_variance);
     const double count = static_cast<double>(pixels.size()) * frames_;
     const auto [along, across] = of_component(pixels);
-    const double relative = 1 / (square * gain * gain);  // of a component of the ratio, in that of a pixel's
+    const double relative = 1 / (square * gain * gain);  // ratio's variance per component over a pixel's
     if (!(std::max(along, across) * relative * settings.min_amplitude * settings.min_amplitude < 1)) return ratio;
     const double number = static_cast<double>(pixels.size());
-    // A tap cannot be below zero: where noise reaches there, the mean of the samples is not what the light makes it. Of
-    // a board that is too dark. That a capped camera sees nearly nothing is worth knowing: it is wrong by less than the
-    // noise of one tap, in all superpixels in the same way, so that one stands for all. What is made of taps may have
-    // been clipped, too.
+    // A tap cannot be negative, so if noise reaches zero the mean of the samples is biased. A board that dark is
+    // excluded. A capped lens is kept, because a signal near zero is informative: its bias is below the noise of one
+    // tap and equal in all superpixels, so a single superpixel represents all. Other kinds of frames are computed from
+    // taps and may have been clipped, too.
     const double own_light = stands_in_ ? light - ideal_light : light;
     const double own_amplitudes = stands_in_ ? std::abs(ratio - 1.0) * amplitudes : gain * amplitudes;
     const bool is_taps = sums_.kind_ == FrameSums::Kind::taps;
@@ -327,7 +327,7 @@ class Reduction {
     const bool clipped = is_taps ? dark : stands_in_;
     const auto known = [](double v) { return std::isfinite(v); };
     if (clipped && (!stands_in_ || std::ranges::any_of(out.variance, known))) return ratio;
-    // counts^2, of a mean of pixels: taps that are all zero have no noise to go by
+    // counts^2, of a mean of pixels: lower limit of the noise, for taps that are all zero
     constexpr double rounding = 1.0 / 12;
     const double read = noise_.known() ? noise_.read_noise * noise_.read_noise : 0;
     const double wrong = clipped ? std::max({variance / 2, read, rounding}) : 0;
@@ -340,7 +340,7 @@ class Reduction {
     if (sums_.kind_ != FrameSums::Kind::distances) set(amplitude, std::log(gain), along * relative + turned);
     if (sums_.is_decoded()) return ratio;
     const Demodulation& fit = sums_.demodulation_;
-    const double per_sample = variance / count;  // of a mean sample
+    const double per_sample = variance / count;  // variance of the mean of a sample
     const double level = 2 * ideal_light * gain / number;
     const double mean_amplitude = gain * amplitudes / number;
     set(null1, null1_sum / number / level, (per_sample * fit.null1_variance() + wrong) / (level * level));

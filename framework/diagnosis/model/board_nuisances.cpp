@@ -18,11 +18,11 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Projection of one observable's residual in a condition on a direction; both in units of the noise.
+/// Products of a direction with itself and with one observable's residual in a condition, in units of the noise.
 struct Along {
   double square = 0, product = 0;
 };
-/// @param direction, off of a row
+/// @param direction, off functions of a row: the direction, and the residual
 template <class Direction, class Off> Along along(const Problem& problem, std::size_t condition, std::size_t observable,
                                                   const Direction& direction, const Off& off) {
   const std::size_t n = problem.design.superpixels();
@@ -48,7 +48,7 @@ BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
     const auto off = [&](std::size_t row) { return problem.data[i].value[row] - rows[i][row]; };
     const Along bright = along(problem, i, amplitude, light, off);
     const double prior = state.random_sd.light * state.random_sd.light;
-    const double brighter = prior * bright.product / (1 + prior * bright.square);  // of ln of its light
+    const double brighter = prior * bright.product / (1 + prior * bright.square);  // ln of its light, estimated
     const Along place =
         along(problem, i, distance, shift, [&](std::size_t row) { return off(row) - brighter * light(row); });
     if (!(place.square > 0)) continue;
@@ -82,10 +82,10 @@ std::vector<Misplaced> misplaced(const BoardOffsets& offsets) {
 namespace {
 
 struct Place {
-  double x = 0, y = 0;  ///< m, on the board from where the axis meets it
+  double x = 0, y = 0;  ///< m, on the board, from its intersection with the optical axis
 };
 
-/// Points at which superpixels see a board: along its own axes, which tilt and roll with it.
+/// Points at which superpixels see a board, in its own coordinates, which tilt and roll with it.
 std::vector<Place> places_on_board(const Design& design, std::size_t condition) {
   const simulation::BoardPose pose = pose_of(design.conditions()[condition]);
   const std::vector<simulation::Vector3>& rays = design.pixels().rays;
@@ -104,8 +104,8 @@ std::vector<Place> places_on_board(const Design& design, std::size_t condition) 
   return places;
 }
 
-/// Columns of a condition over the noise: a board's place, its light, and a camera that wanders. Shapes must not stand
-/// for what of a place is none.
+/// Columns of a condition over the noise: the board's position, its light, and the camera's drift. They are projected
+/// out, so that flatness cannot absorb them.
 Eigen::MatrixXd own_directions(const Problem& problem, std::size_t i) {
   const std::size_t n = problem.design.superpixels();
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(problem.design.rows()), 3);
@@ -119,7 +119,7 @@ Eigen::MatrixXd own_directions(const Problem& problem, std::size_t i) {
   return columns;
 }
 
-/// Residuals of the others after projection on the first columns.
+/// Residuals of the other columns after projection on the first ones.
 Eigen::MatrixXd less(const Eigen::MatrixXd& first, const Eigen::MatrixXd& others) {
   const Eigen::MatrixXd gram = first.transpose() * first + 1e-9 * Eigen::MatrixXd::Identity(first.cols(), first.cols());
   return others - first * gram.ldlt().solve(first.transpose() * others);
@@ -127,7 +127,7 @@ Eigen::MatrixXd less(const Eigen::MatrixXd& first, const Eigen::MatrixXd& others
 
 struct Wave {
   int x = 0, y = 0;  ///< half waves
-  double sd = 0;     ///< squares of all sum to 1
+  double sd = 0;     ///< the squares of all waves sum to 1
 };
 
 std::vector<Wave> waves_of_boards() {
@@ -149,7 +149,7 @@ struct ScoreTest {
   double deviance = 0, square = 0;
 };
 
-/// With shapes of a standard deviation.
+/// Score test of height fields with a standard deviation.
 ScoreTest score_test(const Eigen::MatrixXd& information, const Eigen::VectorXd& score, double sd) {
   Eigen::MatrixXd inner = sd * sd * information;
   inner.diagonal().array() += 1;
@@ -166,7 +166,7 @@ double mean_of_wave(double phase) { return phase == 0 ? 1 : std::sin(phase / 2) 
 BoardFlatness::BoardFlatness(const Problem& problem) {
   const Design& design = problem.design;
   std::vector<std::vector<Place>> places(design.size());
-  std::map<std::string, double> half_width;  // m, of what is seen of each target
+  std::map<std::string, double> half_width;  // m, of the visible part of each target
   std::vector<double> seen(design.size(), 0);
   for (std::size_t i = 0; i < design.size(); ++i) {
     if (!design.shows_board(i)) continue;
@@ -187,7 +187,7 @@ BoardFlatness::BoardFlatness(const Problem& problem) {
     heights_[i] = Eigen::MatrixXd::Zero(n, count);
     grams[i] = Eigen::MatrixXd::Zero(count, count);
     if (!design.shows_board(i)) return;
-    // Heights stand on the board, its place is told along the axis.
+    // Heights are normal to the board; its position is measured along the axis.
     const io::Condition& condition = design.conditions()[i];
     const simulation::BoardPose pose = pose_of(condition);
     const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
@@ -196,7 +196,7 @@ BoardFlatness::BoardFlatness(const Problem& problem) {
     for (Eigen::Index c = 0; c < count; ++c) {
       const Wave& wave = waves[static_cast<std::size_t>(c)];
       const double x = wave.x * std::numbers::pi / (2 * half), y = wave.y * std::numbers::pi / (2 * half);
-      // Superpixels see means of the waves.
+      // Superpixels average the waves.
       const double size = 2 * wave.sd * mean_of_wave(x * width) * mean_of_wave(y * width) / along_axis;
       for (Eigen::Index s = 0; s < n; ++s) {
         const Place& place = places[i][static_cast<std::size_t>(s)];
@@ -258,7 +258,7 @@ BoardTrial BoardFlatness::trial(const Problem& problem, const State& state) cons
   if (best == 0 || max_fall.square < settings.board_min_share * excess ||
       (several && one_for_all > settings.board_max_common_gain * max_fall.deviance))
     return {};
-  // What telling the boards apart explains is more than what stays: else it may be a pattern of the camera.
+  // Separate fields must gain more over a common one than the remaining excess, which may be the camera's.
   const bool sure = several && max_fall.square >= settings.board_sure_share * excess &&
                     max_fall.deviance - one_for_all >= excess - max_fall.square;
   std::shared_ptr<const Boards> boards = shaped(design, scores, best);

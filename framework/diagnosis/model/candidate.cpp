@@ -41,7 +41,7 @@ bool FreeParameter::is_angle() const {
 
 namespace {
 
-/// A few values of a shape. An angle that may be anything: around the circle; else about what is usual, within bounds.
+/// Values of a nonlinear parameter to try: around the circle for an angle, else multiples of the typical value.
 std::vector<double> tried(const FreeParameter& nonlinear, NonlinearRange range) {
   constexpr double turn = 2 * std::numbers::pi;
   if (nonlinear.is_angle()) {
@@ -124,19 +124,19 @@ void Candidate::find_free() {
     if (std::ranges::find(held_, i) != held_.end()) continue;
     if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(free_parameter(i));
   }
-  // Without a size nothing can be searched: shapes alone change nothing.
+  // Without an amplitude parameter there is nothing to search: nonlinear ones alone change nothing.
   if (amplitudes() == 0) free_.clear();
 }
 
 void Candidate::find_refinements() {
-  constexpr std::size_t most = 8;  // there is a variant for each of their combinations
+  constexpr std::size_t most = 8;  // there is a variant for each combination of them
   for (std::uint64_t i = 0; i < descriptor_->parameter_count && !free_.empty(); ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     if (p.kind != TOFGRAPH_KIND_NUMBER || (p.flags & TOFGRAPH_PARAMETER_NESTED) == 0) continue;
     FreeParameter parameter = free_parameter(i);
     if (!parameter.nonlinear) {
       if (refinements_.size() == most) break;
-      parameter.off = written_->data()[i].number;  // what a model says is what changes nothing
+      parameter.off = written_->data()[i].number;  // the value of the model counts as off
       refinements_.push_back({p.name, {}});
     }
     if (!refinements_.empty()) refinements_.back().parameters.push_back(std::move(parameter));
@@ -225,7 +225,7 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
       const double value = free_values[static_cast<std::size_t>(varied - free_.begin())];
       text += fmt::format(", {}: {:.9g}{}{}", p.name, value, *p.unit != 0 ? " " : "", p.unit);
     } else if (written_->data()[i].given != 0) {
-      const nlohmann::json& shown = written_->shown()[p.name];  // an object is a map of YAML as it is
+      const nlohmann::json& shown = written_->shown()[p.name];  // an object is written as a YAML map
       text += fmt::format(", {}: {}", p.name,
                           shown.is_string() ? config::yaml_word(shown.get<std::string>()) : config::json_text(shown));
     }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file An effect as the search sees it: which of its parameters are sizes, which are shapes, what is tried first.
+/// @file An effect as the search sees it: amplitude and nonlinear parameters, refinements, maps, starts of a search.
 #pragma once
 
 #include "graph/plugin.hpp"
@@ -15,54 +15,54 @@
 
 namespace tofgraph::diagnosis {
 
-/// A parameter that the search varies. A size has a value that changes nothing; a shape (a phase, a time constant) has
-/// a usual value only.
+/// A parameter that the search varies. An amplitude parameter has a value, off, at which it has no effect; a nonlinear
+/// parameter (a phase, a time constant) has only a typical value.
 struct FreeParameter {
   std::size_t index = 0;  ///< among the descriptor's parameters
   std::string name, unit;
   bool nonlinear = false;
-  double off = 0, typical = 0, minimum = 0, maximum = 0;  ///< SI; off only of a size
+  double off = 0, typical = 0, minimum = 0, maximum = 0;  ///< SI; off of a nonlinear parameter: typical
 
-  /// Step of an amplitude from its neutral value: a typical one, or as much of it as the bounds allow.
+  /// Step of an amplitude from off: one typical value, or as much as the bounds allow in the wider direction.
   double step() const;
-  /// A shape that may be anything around the circle.
+  /// True for a nonlinear parameter that covers the whole circle.
   bool is_angle() const;
 };
 
-/// Nested parameters, which are varied only where the data demand it: a size and the shapes that go with it.
+/// Nested parameters, varied only if the data require it: an amplitude and the nonlinear parameters that belong to it.
 struct Refinement {
-  std::string name;  ///< of the size
+  std::string name;  ///< of the amplitude
   std::vector<FreeParameter> parameters;
 };
 
 class Design;
 
-/// A parameter that is a number for every pixel.
+/// A parameter with a value per pixel.
 struct MapParameter {
   std::size_t index = 0;  ///< among the descriptor's parameters
   std::string name, unit;
 
-  /// Largest value, of either sign, that a pixel of a camera may have; SI.
+  /// Largest plausible magnitude in one pixel; SI.
   double bound(const Design& design) const;
 };
 
-/// Maps that were estimated where no model names a file: constant within a superpixel.
+/// Estimated maps of an effect for which the model names no file: constant within a superpixel.
 class EstimatedMaps {
  public:
   struct Map {
     MapParameter parameter;
     std::vector<double> values;  ///< grid x grid, SI
   };
-  /// @param dimension how many of the values the data determine
+  /// @param dimension number of values that the data determine
   EstimatedMaps(std::vector<Map> maps, double dimension, std::size_t grid, const tofgraph_camera& camera);
   EstimatedMaps(const EstimatedMaps&) = delete;
   EstimatedMaps& operator=(const EstimatedMaps&) = delete;
 
   const std::vector<Map>& maps() const { return maps_; }
   double dimension() const { return dimension_; }
-  /// Values of the m-th map, height x width; they live as long as this.
+  /// Values of the m-th map, height x width; valid as long as this object.
   const std::vector<double>& of_pixels(std::size_t m) const { return pixels_[m]; }
-  /// The same as an effect takes it.
+  /// The m-th map as an argument of an effect.
   const tofgraph_view& image(std::size_t m) const { return images_[m]; }
 
  private:
@@ -72,60 +72,60 @@ class EstimatedMaps {
   std::vector<tofgraph_view> images_;
 };
 
-/// Every choice of one value of each, the last varying fastest.
+/// All combinations of one value of each; the last varies fastest.
 std::vector<std::vector<double>> combinations(std::span<const std::vector<double>> values);
 
-/// Range of nonlinear parameters that is tried: up to the usual, or also far from it (10 and 30 times).
+/// Nonlinear values that are tried: 0.3, 1 and 3 typical values; `any`: also 10 and 30.
 enum class NonlinearRange : std::uint8_t { usual, any };
 
-/// Sizes where they change nothing, with shapes at which a search begins: the product of a few of each shape.
+/// Starts of a search: amplitudes at off, combined with a few values of each nonlinear parameter.
 std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters,
                                            NonlinearRange range = NonlinearRange::any);
 
 class Candidate {
  public:
-  /// With the defaults of its parameters. @throws config::ConfigurationError when one has none
+  /// An effect with the defaults of its parameters. @throws config::ConfigurationError if a parameter has none
   explicit Candidate(const graph::Plugin& plugin);
-  /// With the values of a model; these must live on. @param held indices of parameters that keep them
+  /// An effect with the values of a model, which must outlive it. @param held indices of parameters that are not varied
   explicit Candidate(const simulation::ModelEffect& effect, std::vector<std::size_t> held = {});
 
   Candidate(const Candidate&) = delete;
   Candidate& operator=(const Candidate&) = delete;
 
   std::string name() const { return descriptor_->name; }
-  /// The effect without any refinement: the same for all its refinements.
+  /// The effect without any refinement: common to all its refinements.
   const Candidate& root() const { return *root_; }
   const graph::Plugin& descriptor() const { return *descriptor_; }
   const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
-  /// Indices of parameters that would be free and keep the values of the model.
+  /// Indices of parameters that keep the values of the model, although they could be varied.
   const std::vector<std::size_t>& held() const { return root_->held_; }
   FreeParameter parameter(std::size_t index) const { return free_parameter(index); }
-  /// Value of a parameter, a number, in the model or by default.
+  /// Value of a numerical parameter in the model, or its default.
   double written(std::size_t index) const { return written_->data()[index].number; }
   std::size_t amplitudes() const;
 
   const std::vector<Refinement>& refinements() const { return root_->refinements_; }
   bool refined(std::size_t refinement) const { return (refined_ >> refinement & 1U) != 0; }
-  /// The same with one refinement more, or less; these live as long as the effect without any.
+  /// The effect with one more refinement, or one less; owned by the effect without any.
   const Candidate& with(std::size_t refinement) const { return variant(refined_ | std::size_t{1} << refinement); }
   const Candidate& without(std::size_t refinement) const { return variant(refined_ & ~(std::size_t{1} << refinement)); }
-  /// Position of a refinement's parameters among free(), also if it is not there yet.
+  /// Index among free() of the first parameter of a refinement, whether or not the effect has it.
   std::size_t place(std::size_t refinement) const;
 
-  /// Maps that can be estimated where none are given: those of an effect that has an amplitude to scale them and
-  /// nothing else.
+  /// Maps that can be estimated if the model states none: those of an effect whose only free parameter is an amplitude
+  /// that scales them.
   const std::vector<MapParameter>& maps() const { return maps_; }
-  /// True if its values name a file, which may differ from one pixel to the next.
+  /// True if a parameter names a file, whose values may differ from pixel to pixel.
   bool reads_files() const;
 
-  /// Values of the free parameters as they are in the model or by default.
+  /// Values of the free parameters in the model, or their defaults.
   std::vector<double> start() const;
   /// @throws simulation::EffectError
   simulation::EffectPtr make(std::span<const double> free_values, const tofgraph_camera& camera,
                              std::shared_ptr<const EstimatedMaps> maps = nullptr) const;
-  /// The parameters as a model file has them: those that are free from the argument, the others as they are.
-  /// @param map_file where estimated maps will be, under map_dataset()
+  /// Entry of a model file: free parameters from the argument, the others unchanged.
+  /// @param map_file future file of the estimated maps, under map_dataset()
   std::string yaml(std::span<const double> free_values, const EstimatedMaps* maps = nullptr,
                    const std::string& map_file = "") const;
   std::string map_dataset(const MapParameter& map) const { return name() + "_" + map.name; }
@@ -139,42 +139,42 @@ class Candidate {
   const Candidate& variant(std::size_t refined) const { return refined == 0 ? *root_ : *root_->variants_[refined - 1]; }
 
   const graph::Plugin* descriptor_;
-  std::shared_ptr<const graph::ParameterValues> owned_;  ///< of defaults
+  std::shared_ptr<const graph::ParameterValues> owned_;  ///< defaults
   const graph::ParameterValues* written_;
   const Candidate* root_ = this;
-  std::size_t refined_ = 0;        ///< a bit for each refinement
-  std::vector<std::size_t> held_;  ///< parameters that are not free
+  std::size_t refined_ = 0;        ///< one bit per refinement
+  std::vector<std::size_t> held_;  ///< indices of parameters that are not varied
   std::vector<FreeParameter> free_;
-  std::vector<Refinement> refinements_;               ///< of the root
-  std::vector<std::unique_ptr<Candidate>> variants_;  ///< of the root, by their bits
+  std::vector<Refinement> refinements_;               ///< of the root only
+  std::vector<std::unique_ptr<Candidate>> variants_;  ///< of the root only, by their bits
   std::vector<MapParameter> maps_;
 };
 
-/// An effect of a model with the values of its free parameters.
+/// An effect in a model, with the values of its free parameters.
 struct Term {
   const Candidate* candidate = nullptr;
   std::vector<double> values;
   std::shared_ptr<const EstimatedMaps> maps = nullptr;
 };
 
-/// Part that may be put into a model or taken out of it: a term, or a refinement of one.
+/// Part that can be added to a model or removed from it: a term, or a refinement of one.
 struct ModelTerm {
-  std::size_t term = 0;  ///< among those of a state that has the piece
+  std::size_t term = 0;  ///< among the terms of a state that has this part
   std::optional<std::size_t> refinement;
   bool operator==(const ModelTerm&) const = default;
 };
 
-/// A term's values, or those of its refinement.
+/// Values of a term, or of its refinement.
 std::span<const double> values_of(const Term& term, const ModelTerm& piece);
 /// "wiggling" or "wiggling.amplitude5".
 std::string name_of(const Term& term, const ModelTerm& piece);
 
-/// A term with a refinement more. @param values of the refinement's parameters
+/// A term with one more refinement. @param values of the refinement's parameters
 Term refined(Term term, std::size_t refinement, std::span<const double> values);
-/// A term with a refinement less.
+/// A term with one refinement less.
 Term coarser(Term term, std::size_t refinement);
 
-/// The forward model with some effects. @throws simulation::EffectError
+/// Forward model with these effects. @throws simulation::EffectError
 simulation::ForwardModel forward_model(std::span<const Term> terms, const tofgraph_camera& camera, bool physical);
 
 }  // namespace tofgraph::diagnosis

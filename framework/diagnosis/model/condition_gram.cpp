@@ -8,7 +8,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Columns of one condition over their standard deviations, from a row on.
+/// Columns of one condition over their standard deviations, starting at a row.
 Eigen::MatrixXd weighted(const Problem& problem, std::span<const Column> columns, std::size_t condition,
                          std::size_t first_row) {
   const Observations& data = problem.data[condition];
@@ -18,19 +18,19 @@ Eigen::MatrixXd weighted(const Problem& problem, std::span<const Column> columns
     const double variance = data.variance[first_row + static_cast<std::size_t>(r)];
     const double weight = 1 / std::sqrt(variance);
     for (Eigen::Index c = 0; c < result.cols(); ++c)
-      result(r, c) = std::isinf(variance)  // there the columns may have no number
+      result(r, c) = std::isinf(variance)  // the columns may be undefined there
                          ? 0
                          : weight * columns[static_cast<std::size_t>(c)][condition][static_cast<std::size_t>(r)];
   }
   return result;
 }
 
-/// Sums of a row of weighted values over observables, for each superpixel.
+/// Sums over the observables of weighted rows, one per superpixel.
 Eigen::VectorXd by_superpixel(const Eigen::VectorXd& rows, Eigen::Index superpixels) {
   return rows.reshaped(superpixels, rows.size() / superpixels).rowwise().sum();
 }
 
-/// Held x columns in D^-1 of columns that stand for one a superpixel.
+/// Products of held columns and columns that represent one per superpixel, in D^-1: held x columns.
 Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& held, const Eigen::MatrixXd& columns, Eigen::Index n) {
   Eigen::MatrixXd cross(held.cols(), columns.cols() * n);
   for (Eigen::Index h = 0; h < held.cols(); ++h) {
@@ -49,7 +49,7 @@ std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Ei
   return diagonals;
 }
 
-/// With a column for each superpixel of each map after them, of one condition alone: of all they would be large.
+/// Appends a column per superpixel of each map, for one condition only: for all conditions they would be large.
 std::vector<Column> with_spread(std::span<const Column> own, std::span<const Column> maps, std::size_t condition,
                                 std::size_t superpixels) {
   std::vector<Column> all;
@@ -65,7 +65,7 @@ std::vector<Column> with_spread(std::span<const Column> own, std::span<const Col
   return all;
 }
 
-/// Half the work of a product with the transpose.
+/// Product of the transpose with the matrix, at half the cost.
 Eigen::MatrixXd square_of(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd square = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
   square.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
@@ -112,7 +112,7 @@ Products products_of(const Problem& problem, const State& state, const std::vect
     Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
     Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
     const bool smooth = smooth_field != nullptr && group->first_row == distance;
-    // Of columns that stand for one a superpixel the whole inverse is put to the others, so that they stay diagonal.
+    // For columns by superpixel the whole inverse is applied to the others, so that these stay diagonal.
     if (smooth) smooth_field->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
     if (!group->by_superpixel) {
       products.cross.emplace_back(there.transpose() * columns);

@@ -1,54 +1,54 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Gram matrices of single conditions for columns that are tried, before they are summed.
+/// @file Gram matrices of single conditions for candidate columns, before they are summed.
 #pragma once
 
 #include "diagnosis/model/scan.hpp"
 
 namespace tofgraph::diagnosis {
 
-/// A column of a condition that stands for an unknown.
+/// A column of a condition that belongs to an unknown.
 struct SharedColumn {
-  Eigen::Index column = 0;  ///< among the condition's own and random ones
+  Eigen::Index column = 0;  ///< among the condition's effect columns and random directions
   Eigen::Index unknown = 0;
   double factor = 1;
 };
 
-/// The own columns, the light of the target, and what is shared.
+/// Columns of a condition's unknowns: effects, reflectivity of the target, and nuisances shared by conditions.
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own);
 
-/// Columns x columns of a group. Of columns by superpixel it is kept as what it is made of: diagonals in D^-1, one for
-/// each pair of columns, less the squares of what is taken out.
+/// Gram matrix of a group, columns x columns. For columns by superpixel it is stored as diagonals in D^-1, one per pair
+/// of columns, minus the square of what is projected out.
 struct CandidateGram {
   bool by_superpixel = false;
   Eigen::MatrixXd whole;
   std::vector<Eigen::VectorXd> diagonals;
-  Eigen::MatrixXd taken;  ///< directions x columns
+  Eigen::MatrixXd taken;  ///< projected out: directions x columns
 
   Eigen::Index columns() const { return by_superpixel ? taken.cols() : whole.cols(); }
   void add_to(Eigen::MatrixXd& sum) const;
 };
 
-/// Products of a condition's columns in D^-1, whatever the variances between conditions. Held are the condition's own
-/// columns and its tail.
+/// Products of a condition's columns in D^-1, independent of the variances between conditions. `held`: the effect
+/// columns and the tail.
 struct Products {
   Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one a group: held x columns
-  std::vector<CandidateGram> tried;    ///< one a group, with what a smooth residue takes out
+  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
+  std::vector<CandidateGram> tried;    ///< one per group, including what a smooth field projects out
 };
 
-/// @param rows of the model @param own columns of all conditions
-/// @param maps likewise, each for one own column a superpixel
+/// @param rows expectation of the model @param own effect columns of all conditions
+/// @param maps columns of maps, each standing for one effect column per superpixel
 Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
                      std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
                      std::size_t condition);
 
-/// Gram matrix of a condition for the columns that are tried, in C^-1. Held are the columns of unknowns, then the
+/// Gram matrix of a condition for candidate columns, in C^-1. `held`: the columns of the unknowns, then the
 /// residual.
 struct ConditionGram {
   Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one a group: held x columns
-  std::vector<CandidateGram> tried;    ///< one a group
+  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
+  std::vector<CandidateGram> tried;    ///< one per group
 };
 
 ConditionGram condition_gram_of(const Products& products, std::span<const SharedColumn> parts,

@@ -26,7 +26,7 @@ double turned_by(const FreeParameter& p, double value, double angle) {
   return next - 2 * std::numbers::pi * std::floor((next - p.minimum) / (2 * std::numbers::pi));
 }
 
-/// A step of a parameter in its unit, kept within bounds and, for shapes, short.
+/// Value of a parameter after a step in its unit: within bounds, and with a short step for nonlinear parameters.
 double moved(const FreeParameter& p, double value, double step) {
   if (p.is_angle()) {
     return turned_by(p, value, std::clamp(step, -0.7, 0.7));
@@ -50,7 +50,7 @@ State stepped(const Problem& problem, const State& from, const Eigen::VectorXd& 
   return to;
 }
 
-/// The step of least squares in which no parameter that is at a bound goes beyond it.
+/// Least-squares step in which parameters at a bound do not move beyond it.
 Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const std::vector<Column>& columns,
                               const Rows& rows, const Profile& free) {
   Eigen::VectorXd step = free.solution.values;
@@ -76,9 +76,9 @@ Eigen::VectorXd within_bounds(const Problem& problem, const State& state, const 
   return step;
 }
 
-/// A state with the reflectivities and variances that suit its effects: linear, and all in profile().
+/// Fit of reflectivities (linear) and variances at the given effects, all in profile().
 ModelFit fit_linear_at(const Problem& problem, State state, const RandomEffectSd& random_sd) {
-  // Where only effects show them reflectivities are not linear: they go with the effects' steps.
+  // Without amplitudes reflectivities are nonlinear: they are updated with the steps of the effects.
   const bool linear = problem.light_seen();
   const std::vector<int> none(problem.target.size(), -1);
   Unknowns unknowns = problem.unknowns(0);
@@ -90,7 +90,7 @@ ModelFit fit_linear_at(const Problem& problem, State state, const RandomEffectSd
   return {std::move(state), after.solution.deviance, 0, {}};
 }
 
-/// A state with its sizes halfway to where they change nothing.
+/// A state with its amplitudes halfway to off.
 State faded(State state) {
   for (Term& term : state.terms) {
     for (std::size_t k = 0; k < term.values.size(); ++k) {
@@ -101,8 +101,8 @@ State faded(State state) {
   return state;
 }
 
-/// Fit at the start. If effects give no number there, as when one that made up for another has been taken away, it is
-/// moved to where they do less. @throws simulation::EffectError when that does not help
+/// Fit at the start. If effects are undefined there, for instance after removal of one that compensated for another,
+/// their amplitudes are reduced. @throws simulation::EffectError if they remain undefined
 ModelFit begun_at(const Problem& problem, State state, const RandomEffectSd& random_sd) {
   for (int halving = 0; halving < settings.max_start_halvings; ++halving) {
     try {
@@ -114,7 +114,7 @@ ModelFit begun_at(const Problem& problem, State state, const RandomEffectSd& ran
   return fit_linear_at(problem, std::move(state), random_sd);
 }
 
-/// The first step along a direction that lowers the deviance, halved while it does not; nothing where none does.
+/// First step along a direction, halved repeatedly, that lowers the deviance; nullopt if none does.
 std::optional<ModelFit> line_search(const Problem& problem, const ModelFit& from, const Eigen::VectorXd& step,
                                     bool effects, const RandomEffectSd& random_sd) {
   for (double share = 1; share > 0.05; share /= 2) {
@@ -122,17 +122,17 @@ std::optional<ModelFit> line_search(const Problem& problem, const ModelFit& from
       ModelFit next = fit_linear_at(problem, stepped(problem, from.state, step, share, effects), random_sd);
       if (next.deviance < from.deviance) return next;
     } catch (const simulation::EffectError&) {
-      continue;  // the step goes to where the effect gives no number
+      continue;  // the effect is undefined there
     }
   }
   return std::nullopt;
 }
 
-/// Gauss and Newton's steps within bounds. @param known derivatives of the first terms that are not taken again
+/// Gauss-Newton steps within bounds. @param known derivatives of the first terms, which are reused
 ModelFit descend(const Problem& problem, State start, bool effects, std::span<const Column> known = {},
                  double enough = settings.converged) {
   require_enough(problem.data.size(), problem.left_out);
-  const bool bends = !problem.light_seen();  // what reflectivities change is not the same everywhere
+  const bool bends = !problem.light_seen();  // the change by reflectivities depends on the state
   const Linearisation given = start.linearisation;
   start.log_reflectivity.resize(problem.targets.size(), 0);
   const RandomEffectSd random_sd = start.random_sd;
@@ -178,7 +178,7 @@ double ModelFit::bic(std::size_t conditions) const {
 }
 
 State with_positive_amplitudes(const Problem& problem, State state) {
-  constexpr double same = 1e-9;  // m, and of what is relative
+  constexpr double same = 1e-9;  // m, or relative
   const auto rows = expected(problem, state);
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
     const auto& free = state.terms[t].candidate->free();

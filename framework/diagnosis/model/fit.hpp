@@ -9,53 +9,53 @@
 
 namespace tofgraph::diagnosis {
 
-/// A fitted model. Its copy is all that is needed to undo a step.
+/// A fitted model. Assigning a copy undoes a step.
 struct ModelFit {
   State state;
   double deviance = std::numeric_limits<double>::infinity();
-  double dimension = 0;        ///< parameters of effects that the data determine
-  /// Of the free parameters of all terms in their order, in units of their typical values; then of reflectivities and
+  double dimension = 0;  ///< number of effect parameters that the data determine
+  /// Covariance of all free parameters in the order of the terms, in typical values, followed by reflectivities and
   /// shared unknowns. Taken at the iterate before the last.
   Eigen::MatrixXd covariance;
-  std::vector<Column> jacobian = {};  ///< near the state; empty until linearised() computes it
+  std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see linearised()
 
-  /// Bayesian information criterion, with the prior of refinements: normal about off, a typical value their standard
-  /// deviation, as for those that a term does not have (see intervals()). One that is far beyond what is typical
-  /// predicts nothing outside the settings that were measured.
+  /// Bayesian information criterion, with the prior of refinements: normal about off, with one typical value as
+  /// standard deviation, as for refinements that a term does not have (see intervals()). A refinement far beyond its
+  /// typical value predicts nothing outside the measured settings.
   double bic(std::size_t conditions) const;
 };
 
-/// A fit with the jacobian at its state.
+/// The fit, with the jacobian at its state.
 ModelFit linearised(const Problem& problem, ModelFit fit);
 
 /// Minimises the deviance over all free parameters. @throws simulation::EffectError
 /// @throws std::invalid_argument for too few conditions
 ModelFit fit(const Problem& problem, State start);
 
-/// As fit(), as exactly as a comparison of models needs.
+/// Like fit(), with the accuracy that a comparison of models needs.
 ModelFit fit_roughly(const Problem& problem, State start);
 
-/// As fit(), less exactly, for a comparison of candidates: the derivatives of all terms but the last are taken from
-/// a fit of those alone. @param known jacobian() there
+/// Like fit_roughly(), for comparing candidates: the derivatives of all terms but the last are taken from a fit without
+/// the last. @param known jacobian() of that fit
 ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known);
 
-/// As fit() with the parameters of effects held, for reflectivities and variances alone.
+/// Like fit() with the effects' parameters held: fits reflectivities and variances only.
 ModelFit fit_nuisances(const Problem& problem, State start);
 
-/// Replaces an amplitude below zero by its opposite with an angle half a turn on where both mean the same.
+/// Replaces negative amplitudes by their opposites with an angle half a turn further, if both are equivalent.
 State with_positive_amplitudes(const Problem& problem, State state);
 
-/// True if the order of measurement supports a drift of the distances, or of the light, more than conditions that
-/// scatter by as much: the standard deviation alone may be anything where few conditions determine it.
+/// True if the order of measurement supports a drift of distance or light better than independent scatter of the same
+/// size does; with few conditions the standard deviation alone is not evidence.
 bool drift_shows(const Problem& problem, const State& state, double RandomEffectSd::*drift,
                  double RandomEffectSd::*scatter);
 
-/// A state whose mean about which the distances drift has the standard deviation of a drift that shows, else the least.
-/// Models are compared at the same one: estimated with each model, it would take up a constant offset that effects
-/// explain.
+/// A state in which the mean of the distance drift has the standard deviation of the drift, if one is significant, else
+/// the least. All models are compared at the same one: estimated with each model, it would absorb a constant offset
+/// that effects explain.
 State with_drift_mean(const Problem& problem, State state);
 
-/// Deviance of a state as it is, its variances included; only the reflectivities are those with the least.
+/// Deviance of a state with its variances unchanged; only the reflectivities are those of least deviance.
 double deviance_of(const Problem& problem, const State& state);
 
 }  // namespace tofgraph::diagnosis

@@ -21,11 +21,11 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Refinement that a term does not have, and the changes by its size, each for a typical value.
+/// Refinement that a term does not have, and the changes by its amplitude, for one typical value.
 struct Unseen {
   std::size_t term, refinement;
   std::vector<double> off;
-  std::vector<Column> columns;  ///< two where it has an angle, which may be anything: both quadratures
+  std::vector<Column> columns;  ///< two if it has an angle over the whole circle: both quadratures
 };
 
 /// @param rows expected(problem, state)
@@ -54,20 +54,20 @@ std::vector<Unseen> unseen_refinements(const Problem& problem, const State& stat
   return all;
 }
 
-/// Distance of a size from off in standard deviations of its likelihood alone. @param value estimated with the prior
-/// @param variance likewise, in units of the prior's
+/// Distance of an amplitude from off in standard deviations of its likelihood alone. @param value with the prior
+/// @param variance with the prior, in units of the prior's
 double deviations(double value, double variance) {
   return std::abs(value) / std::sqrt(std::max(variance * std::pow(1 - variance, 2), 1e-30));
 }
 
-/// Widens the intervals of a term's values to those of the fit with one more refinement.
+/// Widens the intervals of a term's values to include those of the fit with one more refinement.
 /// @param wider factor for lack of fit @param first index of the interval of the term's first value
 /// @throws simulation::EffectError
 void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, double wider, std::size_t first,
            std::vector<Interval>& all) {
   State open = fit.state;
   Term& term = open.terms[unseen.term];
-  if (term.maps) return;  // the product alone is known
+  if (term.maps) return;  // only scale times map is determined
   term = refined(std::move(term), unseen.refinement, unseen.off);
   const std::size_t place = term.candidate->place(unseen.refinement);
   const ModelFit more = fit_roughly(problem, std::move(open));
@@ -75,7 +75,7 @@ void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, do
   for (std::size_t k = 0; k < fit.state.terms[unseen.term].values.size(); ++k) {
     const std::size_t at = k < place ? k : k + unseen.off.size();
     const FreeParameter& p = there.candidate->free()[at];
-    if (p.is_angle()) continue;  // it may have gone round
+    if (p.is_angle()) continue;  // it may have made a full turn
     const auto j = static_cast<Eigen::Index>(first + at);
     const double half = wider * 1.96 * std::abs(p.typical) * std::sqrt(more.covariance(j, j));
     Interval& interval = all[first + k];
@@ -84,8 +84,8 @@ void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, do
   }
 }
 
-/// Widens intervals by refinements that show: what the linear problem says of these is right for small ones alone.
-/// @param whole solution with their columns, which come after those of the fit
+/// Widens intervals by noticeable refinements, for which the linear problem is too inaccurate.
+/// @param whole solution that includes their columns, after those of the fit
 void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std::vector<Unseen>& unseen,
                          const Solution& whole, double lack_of_fit, std::vector<Interval>& all) {
   auto at = static_cast<Eigen::Index>(all.size());
@@ -98,7 +98,7 @@ void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std:
     if (most <= settings.interval_refinement_sd) continue;
     try {
       widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first, all);
-    } catch (const simulation::EffectError&) {  // with it the effect gives no number: the linear interval stays
+    } catch (const simulation::EffectError&) {  // undefined with this refinement: the linear interval stays
     }
   }
 }
@@ -119,7 +119,7 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
   const auto solved = [&](const std::vector<double>& weight) {
     NormalEquations equations = assemble(grams, determinants, unknowns, weight);
     for (auto j = static_cast<Eigen::Index>(own); j < unknowns.effects; ++j)
-      equations.information(j, j) += 1;  // the prior of refinements
+      equations.information(j, j) += 1;  // prior of refinements
     return solve(equations, unknowns, fit.state.random_sd);
   };
   std::vector<double> weight(grams.size(), 1.0);
@@ -142,7 +142,7 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
       std::ranges::sort(drawn[c]);
       const auto j = static_cast<Eigen::Index>(c);
       const double likely = 1.96 * std::sqrt(whole.covariance(j, j));
-      // Where unseen refinements would move a value, the interval is about both.
+      // The interval covers the value with and without the change by missing refinements.
       const double moved = own < columns.size() ? whole.values(j) : 0;
       const double wider = std::sqrt(std::max(lack_of_fit, 1.0));
       const double below = wider * std::min(drawn[c][settings.interval_draws / 40], -likely) + std::min(moved, 0.0),
@@ -150,7 +150,7 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
                        wider * std::max(drawn[c][settings.interval_draws - 1 - settings.interval_draws / 40], likely) +
                        std::max(moved, 0.0);
       const double unit = term.candidate->free()[k].typical;
-      const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be below zero
+      const auto [low, high] = std::minmax({unit * below, unit * above});  // typical values may be negative
       result.push_back({term.values[k] + low, term.values[k] + high});
     }
   }
@@ -160,10 +160,10 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
 
 namespace {
 
-/// True if the confidence region of some parameters, whatever the others are, holds the values at which they are off.
-/// The conditions may tell their differences alone, as those of the gains of four samples where light is not known:
-/// then each for itself may be anything.
-/// @param from where they are off, in units of their typical values @param at their places in the covariance
+/// True if the joint confidence region of some parameters, whatever the others are, contains their off values. The
+/// conditions may determine only differences of parameters, such as the gains of four samples without known light: then
+/// each single interval is wide.
+/// @param from distances from off, in typical values @param at indices in the covariance
 bool consistent_with_off(const ModelFit& fit, const std::vector<double>& from, const std::vector<Eigen::Index>& at,
                          double lack_of_fit) {
   const auto n = static_cast<Eigen::Index>(at.size());
@@ -212,7 +212,7 @@ Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span
 
 namespace {
 
-constexpr double skewed = 0.2;  ///< of half an interval
+constexpr double skewed = 0.2;  ///< fraction of half an interval
 
 struct Scale {
   std::string_view unit, shown;
@@ -221,21 +221,21 @@ struct Scale {
 constexpr std::array<Scale, 4> scales = {
     {{"m", "mm", 1e3}, {"s", "ms", 1e3}, {"rad", "deg", 180 / std::numbers::pi}, {"m/s", "mm/ms", 1}}};
 
-/// Digits behind the point with which an uncertainty has two digits; below 0: of whole tens.
+/// Number of decimals that gives an uncertainty two digits; negative: tens, hundreds.
 int digits_of(double uncertainty) {
   if (!(uncertainty > 0 && std::isfinite(uncertainty))) return 4;
   const int leading = physics::to_integer(std::floor(std::log10(uncertainty)), 0);
   return 1 - leading;
 }
 
-/// So many significant digits, without the exponent that large numbers would get.
+/// Value with this number of significant digits, without an exponent for large numbers.
 std::string rounded(double value, int digits) {
   return fmt::format("{}", std::stod(fmt::format("{:.{}e}", value, digits - 1)));
 }
 
 std::string number(double value, int digits) {
   constexpr int max_digits = 7;
-  if (digits <= max_digits && std::abs(value) < 0.5 * std::pow(10, -digits)) value = 0;  // never "-0.00"
+  if (digits <= max_digits && std::abs(value) < 0.5 * std::pow(10, -digits)) value = 0;  // avoids "-0.00"
   if (digits > max_digits) return fmt::format("{:.{}e}", value, 2);
   if (digits >= 0) return fmt::format("{:.{}f}", value, digits);
   const double unit = std::pow(10, -digits);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Intervals of the parameters of a fit, and whether these data determine them.
+/// @file Intervals of the parameters of a fit, and their identifiability.
 #pragma once
 
 #include "diagnosis/model/candidate.hpp"
@@ -14,18 +14,18 @@
 
 namespace tofgraph::diagnosis {
 
-/// Assumption of intervals about the refinements that the data did not demand.
+/// Assumption of intervals about refinements that were not fitted.
 enum class Refinements {
-  as_they_are,   ///< their sizes are off
-  may_be_there,  ///< normal about off, a typical value their standard deviation: too small to be seen is not zero
+  as_they_are,   ///< their amplitudes are off
+  may_be_there,  ///< normal about off, one typical value as standard deviation: too small to detect is not zero
 };
 struct Interval {
   double low = 0, high = 0;
 };
-/// 95 % intervals of the free parameters of all terms, in SI: conditions are drawn with replacement, each draw is one
-/// step of least squares. Never narrower than the covariance of the fit says.
-/// @param lack_of_fit chi-square over its expectation: where more than 1, intervals are its root times as wide
-/// @param refinements what of those that a term does not have
+/// 95 % intervals of the free parameters of all terms, in SI: bootstrap over conditions, with one step of least squares
+/// per draw. Never narrower than the fit's covariance implies.
+/// @param lack_of_fit chi-square over its expectation; above 1, intervals are wider by its square root
+/// @param refinements assumption about those that a term does not have
 std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit = 1,
                                 Refinements refinements = Refinements::may_be_there);
 
@@ -33,35 +33,35 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
 
 enum class ParameterStatus {
   determined,
-  consistent_with_zero,  ///< the interval of a size holds the value that changes nothing
-  not_determined         ///< the interval is the prior's, or all that the parameter may be
+  consistent_with_zero,  ///< the interval of an amplitude contains off
+  not_determined         ///< the interval is that of the prior, or the whole range
 };
 
-/// @param variance of the fit, in squares of typical values; NaN: not known, as of maps
+/// @param variance of the fit, in squared typical values; NaN: unknown, as for maps
 ParameterStatus parameter_status(const FreeParameter& parameter, const Interval& interval, double variance);
-/// The word of a gap report: "determined", "holds_zero" or "not_determined".
+/// Word of the gap report: "determined", "holds_zero" or "not_determined".
 std::string_view parameter_status_name(ParameterStatus status);
 
-/// A value in a lab's units, lengths in mm, times in ms, angles in deg, with two digits of its uncertainty:
-/// "4.001 mm ± 0.020 mm"; "1.00 ms (0.90 ms to 2.00 ms)" where the ends are not as far
-/// from it, by a fifth. @param unit SI @param digits where no interval is known
+/// Value in laboratory units (lengths in mm, times in ms, angles in deg), with two digits of its uncertainty: "4.001 mm
+/// ± 0.020 mm", or "1.00 ms (0.90 ms to 2.00 ms)" if the value is off centre by more than a fifth of the half width.
+/// @param unit SI @param digits without an interval
 std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits = 3);
 
-// ---- Identifiability of the values of an effect ----
+// ---- Identifiability of an effect's values ----
 
-/// Reason for which the data do not determine the values of a term.
+/// Reason why the data do not determine the values of a term.
 struct Unidentified {
-  std::string why;                       ///< empty: they do
-  std::optional<std::size_t> nonlinear;  ///< of its parameters, that may be anything, or is at its limit
-  bool at_limit = false;                 ///< it is the latter
+  std::string why;                       ///< empty: they are determined
+  std::optional<std::size_t> nonlinear;  ///< the parameter concerned: undetermined, or at its limit
+  bool at_limit = false;                 ///< true: at its limit
 };
 
-/// Message for a nonlinear parameter that is practically at its minimum: one that may be much more than is
-/// typical, as what can be from none to all is at its ends by itself. Else "".
+/// Message for a nonlinear parameter practically at its minimum, if its range exceeds 10 typical values; else "".
+/// Smaller ranges, such as none to all, may end at a meaningful value.
 std::string limit_of(const FreeParameter& p, double value);
 
-/// A nonlinear parameter that the data do not determine, or that went to its lower bound without effect, as a warm-up
-/// of a second, which is an offset; or amplitudes none of which differs significantly from zero, alone or together.
+/// Reason why a term is unidentified: a nonlinear parameter that is undetermined or reached its lower limit (a warm-up
+/// of one second, which is an offset), or amplitudes none of which differs significantly from zero, alone or together.
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span<const Interval> all,
                                 double lack_of_fit);

@@ -17,7 +17,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Name of the effect that fails for a condition: the first that gives no number alone, else the last.
+/// Name of the effect that fails in a condition: the first that is undefined alone, else the last.
 std::string failing_effect(const Problem& problem, const State& state, std::size_t condition, double light) {
   const Design& design = problem.design;
   for (const Term& term : state.terms) {
@@ -79,7 +79,7 @@ Problem make_problem(const Design& design, const std::vector<Observations>& data
     if (found == problem.targets.end()) found = problem.targets.insert(found, condition.target);
     problem.target.push_back(static_cast<int>(found - problem.targets.begin()));
   }
-  if (!problem.targets.empty() && !problem.light_seen()) {  // of all together the amount cannot be told
+  if (!problem.targets.empty() && !problem.light_seen()) {  // of all targets together the light is not determined
     problem.targets.erase(problem.targets.begin());
     for (int& target : problem.target) target = std::max(target - 1, -1);
   }
@@ -183,7 +183,7 @@ void update_grid_bias(const Problem& problem, State& state, bool exactly) {
 void update_reflectivity_jacobian(const Problem& problem, State& state) {
   constexpr double step = 0.01;
   state.linearisation.reflectivity_jacobian = nullptr;
-  if (state.terms.empty()) return;  // the ideal camera's
+  if (state.terms.empty()) return;  // that of the ideal camera
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   Rows change(design.size());
@@ -219,7 +219,7 @@ Column derivative(const Problem& problem, const State& state, const Rows& rows, 
     value = here + step;
     try {
       column = expected(problem, other);
-    } catch (const simulation::EffectError&) {  // at the edge of what the effect can do: to the other side, and less
+    } catch (const simulation::EffectError&) {  // outside the effect's domain: reverses or shortens the step
       if (attempt == max_attempts) throw;
       step *= attempt % 2 == 0 ? -1 : 0.1;
     }
@@ -269,7 +269,7 @@ Eigen::MatrixXd weighted_columns(const Problem& problem, const State& state, con
   const auto first = static_cast<Eigen::Index>(columns.size());
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), first + gram_tail);
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    if (std::isinf(data.variance[row])) continue;  // there the columns may have no number
+    if (std::isinf(data.variance[row])) continue;  // the columns may be undefined there
     const auto r = static_cast<Eigen::Index>(row);
     const double weight = 1 / std::sqrt(data.variance[row]);
     for (Eigen::Index c = 0; c < first; ++c) all(r, c) = weight * columns[static_cast<std::size_t>(c)][i][row];

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Expectation of a model for every condition, and its derivatives. A Problem never changes; everything that belongs to
-/// one model, also what it is linearised about, is in its State.
+/// one model, including its linearisation, is in its State.
 #pragma once
 
 #include "diagnosis/data/design.hpp"
@@ -20,9 +20,9 @@
 
 namespace tofgraph::diagnosis {
 
-// ---- The time at which a computation is abandoned ----
+// ---- Time limit of a computation ----
 
-/// Abandons a computation, which leaves nothing behind.
+/// Aborts a computation; its partial results are discarded.
 struct TimeExpired : std::runtime_error {
   TimeExpired() : std::runtime_error("the time limit ended the search") {}
 };
@@ -31,7 +31,7 @@ class Deadline {
  public:
   using Clock = std::chrono::steady_clock;
 
-  Deadline() = default;  ///< never
+  Deadline() = default;  ///< never passes
   explicit Deadline(Clock::time_point at) : at_(at) {}
 
   bool has_passed() const { return at_ != Clock::time_point::max() && Clock::now() >= at_; }
@@ -44,12 +44,12 @@ class Deadline {
   Clock::time_point at_ = Clock::time_point::max();
 };
 
-/// Deadlines of the parts of a run that together must not take longer than a limit.
+/// Deadlines of the parts of a run, which share one time limit.
 struct TimeLimit {
   double seconds = 0;  ///< 0: none
   Deadline::Clock::time_point begin = Deadline::Clock::now();
 
-  /// @param share of the limit, counted from the begin
+  /// @param share of the limit, counted from `begin`
   Deadline at(double share) const {
     if (!(seconds > 0)) return {};
     return Deadline(
@@ -59,95 +59,95 @@ struct TimeLimit {
 
 // ---- Expectation of a model for every condition, and its derivatives ----
 
-/// Values of observables x superpixels, one row a condition: what a model expects, or what a parameter changes.
+/// Rows of observables x superpixels, one row per condition: an expectation of a model, or the change by a parameter.
 using Rows = std::vector<std::vector<double>>;
-/// A column of the linearised problem: the change for one typical step of a parameter.
+/// Column of the linearised problem: the change by one typical step of a parameter.
 using Column = Rows;
 
 /// Boards that are not flat, see BoardFlatness.
 struct Boards {
-  double sd = 0;    ///< m, of their heights where superpixels see them
-  Rows rows;        ///< what that changes
-  double cost = 0;  ///< of the deviance, for being any shape: that of their prior, and of what it leaves of them
+  double sd = 0;    ///< m, of the heights at the superpixels
+  Rows rows;        ///< change of the observables by the heights
+  double cost = 0;  ///< contribution to the deviance: the prior of the heights, and the determinant of their posterior
 };
 
-/// Nuisances of single conditions beside a model: found with it.
+/// Nuisances of single conditions, estimated beside a model.
 struct ConditionNuisances {
-  std::vector<double> jitter_scale = {};  ///< factor on the usual jitter of each board's place; empty: 1
-  std::shared_ptr<const SmoothField> smooth_field = nullptr;  ///< part of the noise of the superpixels, or nothing
-  /// Run of each condition: neighbours over which the smooth field stays nearly the same. Empty: each has its own.
+  std::vector<double> jitter_scale = {};  ///< factor on the usual jitter of each board's position; empty: 1
+  std::shared_ptr<const SmoothField> smooth_field = nullptr;  ///< part of the noise of the superpixels; null: none
+  /// Run of each condition: neighbours over which the smooth field hardly changes. Empty: each condition is a run.
   std::vector<Eigen::Index> runs = {};
-  std::shared_ptr<const Boards> boards = nullptr;  ///< or nothing: flat
+  std::shared_ptr<const Boards> boards = nullptr;  ///< null: flat
 };
 
-/// Data that are to be explained. Immutable.
+/// Data to be explained. Immutable.
 struct Problem {
   const Design& design;
-  const std::vector<Observations>& data;  ///< one a condition
-  std::vector<std::string> targets;       ///< whose reflectivity is not known
-  std::vector<int> target;                ///< of each condition, among those; -1: known
+  const std::vector<Observations>& data;  ///< one per condition
+  std::vector<std::string> targets;       ///< those of unknown reflectivity
+  std::vector<int> target;                ///< index among `targets` for each condition; -1: known reflectivity
   Nuisances nuisances;
-  const Deadline* deadline = nullptr;  ///< after it expected() throws TimeExpired; nullptr: none
-  /// Reasons for which conditions of the campaign are not among these, in words: for the error of a fit to too few.
+  const Deadline* deadline = nullptr;  ///< beyond it expected() throws TimeExpired; null: none
+  /// Reasons why conditions of the campaign were excluded, for the error of a fit to too few conditions.
   std::vector<std::string> left_out = {};
 
-  /// True if amplitudes are among the data. Else reflectivities show through effects alone, relative to that of the
-  /// first target, which is unknown_reflectivity.
+  /// True if the data have amplitudes. Otherwise only effects reveal reflectivities, relative to that of the first
+  /// target, which is unknown_reflectivity.
   bool light_seen() const;
-  /// Unknowns of a fit with so many effects' columns.
+  /// Unknowns of a fit with this number of effect columns.
   Unknowns unknowns(std::size_t effects) const {
     return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size()),
             nuisances.of_condition, nuisances.sd};
   }
-  /// True if a row is of an observable.
+  /// True if a row belongs to an observable.
   bool is_of(std::size_t observable, std::size_t row) const {
     const std::size_t n = design.superpixels();
     return row >= observable * n && row < (observable + 1) * n;
   }
-  /// Factor on a difference of an observable as it is reported: half paths become depths.
+  /// Factor on a difference of an observable in reports: converts half paths to depths.
   double shown_scale(std::size_t observable, std::size_t condition, std::size_t row) const {
     return observable == distance && design.shows_board(condition) ? 1 / design.shift(condition)[row] : 1;
   }
-  /// Change for a metre that the camera shows more: along the board's normal, and the same in all pixels. Of a row of
-  /// observables x superpixels.
+  /// Change of a row (of observables x superpixels) per metre of camera offset, see Design::offset(); and per metre of
+  /// a distance error that is equal in all pixels.
   double offset_response(std::size_t condition, std::size_t row) const { return design.offset(condition)[row]; }
   double uniform_response(std::size_t condition, std::size_t row) const {
     return design.shows_board(condition) && is_of(distance, row) ? 1 : 0;
   }
-  /// Change for a contrast that is lower by a factor e: as much amplitude comes with more intensity, of the light from
-  /// the board and of that from inside the camera alike.
+  /// Change for a contrast that is lower by a factor e: more intensity for the same amplitude, equally for light from
+  /// the board and light from inside the camera.
   double contrast_response(std::size_t condition, std::size_t row) const {
     return design.shows_board(condition) && is_of(intensity, row) ? 1 : 0;
   }
 };
 
-/// True if an observable is known anywhere in the data.
+/// True if any condition or superpixel has the observable.
 bool are_seen(std::size_t observable, const Design& design, const std::vector<Observations>& data);
 
-/// Finds the targets whose reflectivity is not known.
+/// Problem of a design and its data; determines the targets of unknown reflectivity.
 Problem make_problem(const Design& design, const std::vector<Observations>& data, const Deadline* deadline = nullptr);
-/// The same problem with other data of the same conditions. @param data must live on
+/// The problem with other data of the same conditions. @param data must outlive the result
 Problem with_data(const Problem& problem, const std::vector<Observations>& data);
 /// The same problem with another deadline. @param deadline must live on
 Problem with_deadline(Problem problem, const Deadline& deadline);
 
-/// Point about which a model is linear, as far as that costs more than its jacobian. Shared by states, never changed.
+/// Parts of a linearisation that are more expensive than the jacobian. Shared by states, never changed.
 struct Linearisation {
-  std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; nothing: 0
-  /// Change of the observables for a factor e of light; nothing: that of the ideal camera. Where light comes from
-  /// elsewhere than the board, more light from the board changes them less.
+  std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; null: 0
+  /// Change of the observables by a factor e of light; null: that of the ideal camera. Light that does not come from
+  /// the board reduces the change.
   std::shared_ptr<const Rows> reflectivity_jacobian = nullptr;
 };
 
-/// A model: a point in the space of models, with the nuisances beside it and what it is linearised about.
+/// A model: a point in the space of models, with its nuisances and its linearisation.
 struct State {
   std::vector<Term> terms;
-  std::vector<double> log_reflectivity;  ///< of each target, relative to that of the design
+  std::vector<double> log_reflectivity;  ///< per target, relative to that of the design
   RandomEffectSd random_sd;
   ConditionNuisances nuisances = {};
   Linearisation linearisation = {};
 
-  /// Change for a metre that the board is farther away, as often as its place is less certain than others'.
+  /// Change per metre of board distance, times the jitter scale of the condition.
   double jitter_response(const Problem& problem, std::size_t condition, std::size_t row) const {
     return problem.design.shift(condition)[row] *
            (nuisances.jitter_scale.empty() ? 1 : nuisances.jitter_scale[condition]);
@@ -157,7 +157,7 @@ struct State {
     if (linearisation.reflectivity_jacobian) return (*linearisation.reflectivity_jacobian)[condition][row];
     return problem.is_of(amplitude, row) || problem.is_of(intensity, row) ? 1 : 0;
   }
-  /// Change for one unit of an unknown that conditions share. @param direction uniform, light or contrast
+  /// Change per unit of a shared unknown. @param direction uniform, light or contrast
   double shared_response(const Problem& problem, Eigen::Index direction, std::size_t condition, std::size_t row) const {
     if (direction == uniform_direction) return problem.uniform_response(condition, row);
     return direction == contrast_direction ? problem.contrast_response(condition, row)
@@ -165,70 +165,70 @@ struct State {
   }
 };
 
-/// Units of sign flips, one a condition: each its own, or the runs of a smooth field.
+/// Units of sign flips, one per condition: each condition its own, or the runs of a smooth field.
 std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state);
-/// Conditions of a run: a smooth field that stays over it counts once, not as often.
+/// Number of conditions per run: a smooth field that lasts over a run counts once.
 double run_length(const Problem& problem, const State& state);
 
-/// A state with the nuisances of conditions, and what it is linearised about, of another one.
+/// The state, with the nuisances of conditions and the linearisation of another one.
 State beside(const State& other, State state);
-/// A state with flat boards: the gap is the camera's, the shape of a board stays in it.
+/// The state with flat boards, for gaps: these are the camera's, and include the shape of the boards.
 State with_flat_boards(State state);
 
-/// The place of a term's first parameter among those of all terms.
+/// Index of a term's first parameter among the parameters of all terms.
 std::size_t first_parameter(const State& state, std::size_t term);
 
-/// ln of the factor on a condition's reflectivity, 0 where that is known.
+/// ln of the factor on a condition's reflectivity; 0 if it is known.
 double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition);
-/// ln of the targets' factors from their mean ln amplitude, so that effects of the amount of light begin at the right
-/// amount.
+/// ln of the targets' factors from their mean ln amplitude, so that effects that depend on the light start near its
+/// true level.
 std::vector<double> first_log_reflectivity(const Problem& problem);
-/// The state in which a search begins with some terms.
+/// State in which a search with some terms starts.
 State first_state(const Problem& problem, const std::vector<Term>& terms);
 
-/// Linearises a state anew: what it differs by all over its superpixels from their centres, and how it answers to
+/// Updates the linearisation of a state: the bias of the coarse grid, and the change of the observables by
 /// light.
-/// @param exactly by every pixel, which takes ten times as long
+/// @param exactly uses every pixel, which takes ten times as long
 void update_grid_bias(const Problem& problem, State& state, bool exactly = false);
-/// The latter alone.
+/// Updates only the change of the observables by light.
 void update_reflectivity_jacobian(const Problem& problem, State& state);
 
-/// Rows of every condition as the model expects them. @throws simulation::EffectError, also for what is not finite
+/// Expectation of the model for every condition. @throws simulation::EffectError, also for values that are not finite
 /// @throws TimeExpired
 Rows expected(const Problem& problem, const State& state);
 
 /// Difference of two columns.
 Column difference(Column rows, const Column& other);
 
-/// Derivative by a free parameter of a term, for one typical step. @param rows expected(problem, state)
+/// Derivative with respect to a free parameter of a term, per typical step. @param rows expected(problem, state)
 Column derivative(const Problem& problem, const State& state, const Rows& rows, std::size_t term,
                   std::size_t parameter);
 
-/// The derivatives by all free parameters of all terms, in their order.
-/// @param known derivatives by the first ones, which are not taken again
+/// Derivatives with respect to all free parameters of all terms, in their order.
+/// @param known derivatives with respect to the first ones, which are reused
 std::vector<Column> jacobian(const Problem& problem, const State& state, const Rows& rows,
                              std::vector<Column> known = {});
 
-/// Root mean square of a change in one condition, over what matters of it (practical_threshold), of the observable
-/// where that is largest.
+/// Root mean square of a change in one condition over the practical threshold, for the observable in which this ratio
+/// is largest.
 double normalised_rms(const Problem& problem, std::size_t condition, const std::vector<double>& change);
-/// The same in the condition where it is largest.
+/// Maximum of normalised_rms() over the conditions.
 double max_normalised_rms(const Problem& problem, const Column& change);
 
-/// Columns of a condition, then its random directions and its residual, over their standard deviations and with unit
-/// covariance; 0 where nothing is known. @param rows of the model
+/// Columns of a condition, then its random directions and its residual, divided by the standard deviations and
+/// whitened; 0 for unknown values. @param rows expectation of the model
 Eigen::MatrixXd weighted_columns(const Problem& problem, const State& state, const std::vector<double>& rows,
                                  std::span<const Column> columns, std::size_t condition);
-/// Gram matrices of columns, tail included. @param rows of the model
+/// Gram matrices of columns, tail included. @param rows expectation of the model
 std::vector<Gram> grams_of(const Problem& problem, const State& state, const Rows& rows,
                            std::span<const Column> columns);
 
-/// Best linear fit beside rows of a model, with standard deviations as they are.
-/// @param unknowns whose effects are the columns
+/// Best linear fit of columns to the residuals of a model, at the state's standard deviations.
+/// @param unknowns with the columns as effects
 Solution solve_linear(const Problem& problem, const State& state, const Rows& rows, std::span<const Column> columns,
                       const Unknowns& unknowns);
 
-/// Rows of the model with the best fit of the unknowns that conditions share, with standard deviations as they are.
+/// Expectation of the model plus the best fit of the shared nuisances, at the state's standard deviations.
 Rows with_nuisances(const Problem& problem, const State& state, Rows rows);
 
 }  // namespace tofgraph::diagnosis

@@ -28,23 +28,23 @@ Bounds bounds_of(double RandomEffectSd::*shared) {
                                                                     : settings.max_session_sd};
 }
 
-/// The least value of f over ln x.
+/// Argument at which f is least, by Brent's method in ln x, at most `width` from `centre`.
 template <class F> double minimise(F f, Bounds bounds, double centre, double width) {
-  constexpr int bits = 10;  // of ln x: some percent of x
+  constexpr int bits = 10;  // in ln x: a few percent of x
   const double low = std::max(std::log(bounds.least), std::log(centre) - width),
                high = std::min(std::log(bounds.most), std::log(centre) + width);
   return std::exp(
       boost::math::tools::brent_find_minima([&](double x) { return f(std::exp(x)); }, low, high, bits).first);
 }
 
-/// Degrees of freedom that the priors leave of the unknowns.
+/// Factorised normal equations including the priors, their solution and its deviance.
 struct Factors {
   Eigen::LDLT<Eigen::MatrixXd> factors;
   Eigen::VectorXd values;
   double deviance = 0;
 };
 
-/// @param centre of the priors
+/// @param centre means of the priors
 Factors factorised(const NormalEquations& equations, const Unknowns& unknowns, const Eigen::VectorXd& prior,
                    const Eigen::VectorXd& centre) {
   Eigen::MatrixXd information = equations.information;
@@ -53,7 +53,7 @@ Factors factorised(const NormalEquations& equations, const Unknowns& unknowns, c
   Factors result{Eigen::LDLT<Eigen::MatrixXd>(information), {}, 0};
   result.values = result.factors.solve(score);
   result.deviance = equations.square + pull.dot(centre) - result.values.dot(score) + equations.log_determinant;
-  // What is shared is random: its priors' widths are estimated, so their determinants count.
+  // Shared unknowns are random: the widths of their priors are estimated, so the determinants matter.
   if (const auto shared = static_cast<Eigen::Index>(unknowns.sd.size()); shared > 0) {
     const Eigen::LDLT<Eigen::MatrixXd> block(information.bottomRightCorner(shared, shared));
     result.deviance += block.vectorD().array().log().sum() - prior.tail(shared).array().log().sum();
@@ -61,8 +61,8 @@ Factors factorised(const NormalEquations& equations, const Unknowns& unknowns, c
   return result;
 }
 
-/// Cameras do not wander by metres: where a model is so wrong that this would pay, what is shared is held at a few of
-/// the widest prior's standard deviations.
+/// Cameras do not drift by metres: if a very wrong model makes shared unknowns that large, they are held at a few
+/// standard deviations of the widest prior.
 Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, const RandomEffectSd& random_sd) {
   constexpr double firmly = 1e4;
   const Eigen::VectorXd free = unknowns.prior(random_sd);
@@ -70,7 +70,7 @@ Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, co
   Factors result = factorised(equations, unknowns, prior, centre);
   double held_cost = 0;
   const Eigen::Index first = unknowns.effects + unknowns.targets;
-  for (bool within = false; !within;) {  // each round holds one at least
+  for (bool within = false; !within;) {  // each round holds at least one more
     within = true;
     for (std::size_t u = 0; u < unknowns.sd.size(); ++u) {
       const Eigen::Index at = first + static_cast<Eigen::Index>(u);
@@ -92,13 +92,13 @@ Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_s
   return {random_sd.jitter, random_sd.offset, random_sd.light};
 }
 
-/// Maximum likelihood of the variances, one after the other until the deviance falls no more.
+/// Maximum likelihood of the variances, one at a time until the deviance no longer falls.
 class VarianceFit {
  public:
   VarianceFit(std::span<const Gram> grams, const Unknowns& unknowns)
       : grams_(grams), unknowns_(unknowns), marginals_(grams.size()), determinants_(grams.size()) {}
 
-  /// The variances and their deviance.
+  /// Variances of least deviance, and that deviance.
   std::pair<RandomEffectSd, double> from(const RandomEffectSd& start) {
     best_ = start;
     deviance_ = factorise(equations(best_), unknowns_, best_).deviance;
@@ -121,7 +121,7 @@ class VarianceFit {
     return assemble(marginals_, determinants_, unknowns_);
   }
 
-  /// @param of normal equations at some variances
+  /// @param of returns the normal equations at some variances
   template <class Equations> void vary(double RandomEffectSd::*which, double width, const Equations& of) {
     RandomEffectSd varied = best_;
     const auto deviance = [&](double x) {
@@ -135,7 +135,7 @@ class VarianceFit {
   void vary(double RandomEffectSd::*which, double width) {
     vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
   }
-  /// The variances of unknowns that conditions share enter the priors alone.
+  /// Variances of shared unknowns, which affect the priors only.
   void vary_shared(double width) {
     const NormalEquations fixed = equations(best_);
     for (double RandomEffectSd::*which : {&RandomEffectSd::drift, &RandomEffectSd::drift_light,
@@ -213,7 +213,7 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
       sum.score(at) += factor * m(random + a.direction, residual);
       for (std::size_t other = one; other < shared.size(); ++other) {
         const Shared& b = shared[other];
-        const auto [least, most] = std::minmax(a.unknown, b.unknown);  // the lower half
+        const auto [least, most] = std::minmax(a.unknown, b.unknown);  // lower triangle
         sum.information(p + most, p + least) += factor * b.factor * column(random + b.direction);
       }
     }

@@ -20,7 +20,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Nothing where the order is not told of all, or the conditions are too few.
+/// Number of half cosines of a drift; 0 if some conditions state no order, or too few conditions exist.
 std::size_t waves_of(const Design& design) {
   return design.tells_order() ? std::min(settings.max_drift_waves, design.size() / settings.conditions_per_drift_wave)
                               : 0;
@@ -40,7 +40,7 @@ class Builder {
   }
 
  private:
-  /// An unknown of the camera's distance, and one of the light. @param factor of each condition
+  /// Adds an unknown of the camera's distance and one of the light. @param factor of each condition
   void add(const std::vector<double>& factor, double RandomEffectSd::*distance, double RandomEffectSd::*light) {
     for (const auto& [direction, sd] : {std::pair(uniform_direction, distance), std::pair(light_direction, light)}) {
       const auto unknown = static_cast<Eigen::Index>(result_.sd.size());
@@ -57,7 +57,7 @@ class Builder {
     if (waves == 0) return;
     const auto [first, last] = std::ranges::minmax(conditions, {}, [](const io::Condition& c) { return *c.order; });
     const auto whole = static_cast<double>(*last.order - *first.order);
-    for (std::size_t wave = 0; whole > 0 && wave <= waves; ++wave) {  // what wanders may do so about any mean
+    for (std::size_t wave = 0; whole > 0 && wave <= waves; ++wave) {  // wave 0: the mean about which it drifts
       std::vector<double> factor;
       for (const io::Condition& c : conditions) {
         const double place = static_cast<double>(*c.order - *first.order) / whole;
@@ -101,8 +101,8 @@ double drift_of(const Design& design, double sd) {
 
 namespace {
 
-/// ln of how much more intensity comes with the amplitude of a condition than the profile says: the median over its
-/// superpixels. Reflectivities and places of boards cancel. Nothing where intensities or amplitudes are not known.
+/// ln of the profile's contrast over that of a condition: median over the superpixels. Independent of reflectivity and
+/// board position. nullopt if intensities or amplitudes are unknown.
 std::optional<double> lower_contrast(const Design& design, const Observations& data) {
   const std::size_t n = design.superpixels();
   std::vector<double> lower;
@@ -115,7 +115,7 @@ std::optional<double> lower_contrast(const Design& design, const Observations& d
   return physics::median(lower);
 }
 
-/// ln of how much lower than the profile's a contrast is that is an unknown of a problem, beside a model.
+/// ln of the profile's contrast over the estimated one, beside a model, for a problem that has it as an unknown.
 struct Lower {
   double value = 0, variance = 0;
 };
@@ -159,7 +159,7 @@ bool MeasuredContrast::profile_is_off() const {
 }
 
 std::string MeasuredContrast::text() const {
-  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits say nothing of a camera
+  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits are meaningless for a camera
   const double half = (high - low) / 2;
   return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", value, std::max(half, least))
                      : with_uncertainty(value, {low, high}, "")) +

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Nuisances that conditions share: a drift of the camera's distances and of the light while the
-/// conditions were measured, offsets from one session to the next, and a contrast that is not the profile's.
+/// Nuisances that conditions share: drift of the camera's distances and of the light during the campaign, offsets
+/// between sessions, and a contrast that differs from the profile's.
 #pragma once
 
 #include "diagnosis/data/design.hpp"
@@ -15,21 +15,21 @@
 
 namespace tofgraph::diagnosis {
 
-/// Unknowns with a normal prior around zero, whose standard deviation is estimated but for that of the contrast.
+/// Unknowns with a zero-mean normal prior, whose standard deviation is estimated, except that of the contrast.
 struct Nuisances {
-  std::vector<std::vector<Shared>> of_condition;  ///< one a condition
-  std::vector<double RandomEffectSd::*> sd;       ///< one an unknown: that of its prior
+  std::vector<std::vector<Shared>> of_condition;  ///< one per condition
+  std::vector<double RandomEffectSd::*> sd;       ///< one per unknown: of its prior
 };
 
-/// A constant and half waves over the order measured where all conditions tell it, k of them with 1 / k of the standard
-/// deviation as those of a random walk have; an offset and a factor of light for each session where there are several.
-/// @param contrast whether that is an unknown, too: see shows_another_contrast()
+/// Drift, if all conditions state their order: a constant and half cosines over it, the k-th with 1 / k of the standard
+/// deviation, as in a random walk. An offset and a factor of light per session, if there are several.
+/// @param contrast true: an unknown, too, see shows_another_contrast()
 Nuisances nuisances_of(const Design& design, bool contrast = false);
 
-/// Root mean square over the conditions of a drift with a standard deviation of its first wave.
+/// Root mean square over the conditions of a drift. @param sd standard deviation of its first half cosine
 double drift_of(const Design& design, double sd);
 
-// ---- Contrast of the demodulation, a / 2I, as the taps of a campaign show it beside a model ----
+// ---- Contrast of the demodulation, a / 2I, estimated from the taps of a campaign beside a model ----
 
 struct Problem;
 struct State;
@@ -38,26 +38,26 @@ struct MeasuredContrast {
   double profile = 0, value = 0;
   double low = 0, high = 0;  ///< 95 % interval of the value
 
-  /// By more than the interval and 1 %.
+  /// True if the profile's contrast is outside the interval and differs by more than 1 %.
   bool profile_is_off() const;
   /// "0.470 +- 0.001"
   std::string text() const;
 };
 
-/// Nothing where no intensities are known. @param lack_of_fit chi-square over its expectation
+/// Contrast beside a model; nullopt without intensities. @param lack_of_fit chi-square over its expectation
 std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State& state, double lack_of_fit);
 
 // ---- Decision whether a search estimates the contrast ----
 
-/// True if the ratio of amplitude to intensity shows a contrast that differs from the profile's by more than 1 %,
-/// consistently over the brighter half of the conditions, where ambient light matters least.
+/// True if the ratio of amplitude to intensity differs from the profile's contrast by more than 1 %, consistently over
+/// the brighter half of the conditions, where ambient light matters least.
 bool shows_another_contrast(const Design& design, const std::vector<Observations>& data);
 
 inline bool has_contrast(const Nuisances& nuisances) {
   return std::ranges::find(nuisances.sd, &RandomEffectSd::contrast) != nuisances.sd.end();
 }
 
-/// ln of how much lower than the profile's the contrast is, if it is an unknown of a problem.
+/// ln of the profile's contrast over the estimated one, for a problem that has it as an unknown.
 double log_lower_contrast(const Problem& problem, const State& state);
 
 }  // namespace tofgraph::diagnosis

@@ -21,7 +21,7 @@ Eigen::VectorXd spectrum(const Eigen::MatrixXd& matrix) {
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(small, Eigen::EigenvaluesOnly).eigenvalues().reverse();
 }
 
-/// Cosines over square images of so many superpixels: orthonormal, one a column.
+/// Cosines over square images with this number of superpixels: orthonormal, one per column.
 Eigen::MatrixXd waves(std::size_t superpixels) {
   const auto side = static_cast<Eigen::Index>(std::lround(std::sqrt(static_cast<double>(superpixels))));
   Eigen::MatrixXd along(side, side);
@@ -55,7 +55,7 @@ Eigen::Vector<double, random_directions> project_out_nuisances(const Problem& pr
     information += along * along.transpose() / variance;
     score += along * rows[row] / variance;
   }
-  information.diagonal() *= 1 + 1e-9;  // two of them may be one and the same
+  information.diagonal() *= 1 + 1e-9;  // two directions may be equal
   information.diagonal().array() += 1e-9;
   Eigen::Vector<double, random_directions> taken = information.ldlt().solve(score);
   for (std::size_t row = 0; row < rows.size(); ++row) {
@@ -108,13 +108,13 @@ std::vector<double> leading_pattern(const Problem& problem, const State& state, 
 
 std::array<std::size_t, observables> parallel_analysis(const Problem& problem, const State& state, std::uint64_t seed) {
   std::array<std::size_t, observables> rank{};
-  if (problem.design.superpixels() < 2) return rank;  // there is nothing across a condition
+  if (problem.design.superpixels() < 2) return rank;  // nothing varies over the image
   std::mt19937_64 generator(seed);
   std::vector<Eigen::Index> single(problem.data.size());
   std::iota(single.begin(), single.end(), 0);
-  const std::vector<Eigen::Index> runs = runs_of(problem, state);  // a residue is one of the distances
+  const std::vector<Eigen::Index> runs = runs_of(problem, state);  // a smooth field affects distances only
   std::vector<Eigen::MatrixXd> all = whitened_residuals(problem, state);
-  // What is smooth by chance stays so when the signs of its waves change, not when those of superpixels do.
+  // A smooth field stays smooth if signs of its waves flip, but not if those of superpixels do.
   if (state.nuisances.smooth_field) all[distance] *= waves(problem.design.superpixels());
   for (std::size_t o = 0; o < observables; ++o) {
     const Eigen::MatrixXd& matrix = all[o];
@@ -180,7 +180,7 @@ std::vector<double> influence(const Problem& problem, const State& state, std::s
   const Group change{state.terms[term].candidate->name(), {difference(expected(problem, state), rows)}};
   const Score score = score_of(problem, without, change, 0, 0);
   if (!(score.gain > 0)) return {};
-  const auto conditions = static_cast<Eigen::Index>(problem.data.size());  // what these share at random comes after
+  const auto conditions = static_cast<Eigen::Index>(problem.data.size());  // rows beyond it: shared random unknowns
   const Eigen::VectorXd shares = score.shares.topRows(conditions) * score.values;
   const double all = shares.sum();
   if (!(all > 0)) return {};

@@ -15,15 +15,15 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double rounding = 1e-13;      ///< of a sum of products
-constexpr double held_already = 1e-10;  ///< of a column's information: what is left of one that the unknowns hold
+constexpr double held_already = 1e-10;  ///< least remaining fraction of a column's information beside the unknowns
 
-/// Projection on the unknowns that are held, which is taken out of everything else.
+/// Projection on the held unknowns, which is subtracted from everything else.
 struct Held {
   Eigen::LDLT<Eigen::MatrixXd> factors;
-  std::vector<std::vector<SharedColumn>> parts;  ///< one a condition
-  Eigen::VectorXd fitted;                        ///< the unknowns' values for the residual
-  Eigen::VectorXd pulled;  ///< how hard the priors of what is shared pull at it, the last unknowns
-  double square = 0;       ///< of the residual without them
+  std::vector<std::vector<SharedColumn>> parts;  ///< one per condition
+  Eigen::VectorXd fitted;                        ///< estimates of the unknowns from the residual
+  Eigen::VectorXd pulled;                        ///< pull of the priors on the shared unknowns, which are last
+  double square = 0;                             ///< remaining chi-square of the residual
 };
 
 Held hold(const std::vector<ConditionGram>& shares, const Problem& problem, std::size_t own,
@@ -51,14 +51,14 @@ Held hold(const std::vector<ConditionGram>& shares, const Problem& problem, std:
   return held;
 }
 
-/// Scores of a group's columns with what is held taken out: one row a condition, and one for each unknown that is
-/// shared at random, which is as likely to be below zero as above, as conditions are.
+/// Scores of a group's columns, held unknowns projected out: one row per condition, and one per shared random unknown,
+/// whose sign is as random as that of a condition.
 struct Projected {
-  Eigen::MatrixXd scores;       ///< conditions and what they share x columns
+  Eigen::MatrixXd scores;       ///< (conditions and shared unknowns) x columns
   Eigen::MatrixXd information;  ///< columns x columns
 };
 
-/// Units of conditions, and then of the unknowns that they share at random.
+/// Sign-flip units of the conditions, then of the shared random unknowns.
 std::vector<Eigen::Index> units_of(const Problem& problem, const State& state) {
   std::vector<Eigen::Index> units = runs_of(problem, state);
   const Eigen::Index first = 1 + std::ranges::max(units);
@@ -85,7 +85,7 @@ Projected project(const std::vector<ConditionGram>& shares, const Held& held, st
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const ConditionGram& share = shares[i];
     const Eigen::Index residual = share.held.cols() - 1;
-    // What is left of the residual in this condition's held columns and in the tried ones.
+    // Remaining residual in the products with this condition's held columns and with the candidate columns.
     Eigen::VectorXd left = share.held.col(residual).head(residual);
     Eigen::VectorXd score = share.cross[group].row(residual).transpose();
     for (Eigen::Index a = 0; a < residual; ++a) {
@@ -97,7 +97,7 @@ Projected project(const std::vector<ConditionGram>& shares, const Held& held, st
       score -= left(a) * taken.row(held.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
     result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
   }
-  for (Eigen::Index c = 0; c < columns; ++c) {  // as an intensity that is the same everywhere is the contrast
+  for (Eigen::Index c = 0; c < columns; ++c) {  // e.g. a uniform intensity, which equals the contrast
     if (result.information(c, c) > held_already * before(c)) continue;
     result.information.row(c).setZero();
     result.information.col(c).setZero();
@@ -106,15 +106,15 @@ Projected project(const std::vector<ConditionGram>& shares, const Held& held, st
   return result;
 }
 
-/// A matrix whose product with its transpose is the inverse of an information with the prior.
-/// @param dimension on return how many directions the data determine
+/// Matrix R with R R^T equal to the inverse of an information including the prior.
+/// @param dimension output: number of directions that the data determine
 Eigen::MatrixXd root_of_inverse(const Eigen::MatrixXd& information, double& dimension) {
   constexpr double prior = 1 / (settings.prior_width * settings.prior_width);
   const Eigen::Index n = information.rows();
   Eigen::MatrixXd with_prior = information;
   with_prior.diagonal().array() += prior;
   const Eigen::LLT<Eigen::MatrixXd> factors(with_prior);
-  // Rounding must be small beside the prior, or directions that nothing determines are made of it.
+  // Rounding errors must be small compared with the prior, which alone determines the remaining directions.
   const double largest = n > 0 ? with_prior.diagonal().maxCoeff() : 0;
   if (factors.info() == Eigen::Success && largest * rounding < prior) {
     Eigen::MatrixXd root = Eigen::MatrixXd::Identity(n, n);
@@ -128,7 +128,7 @@ Eigen::MatrixXd root_of_inverse(const Eigen::MatrixXd& information, double& dime
   return solver.eigenvectors() * (values + prior).sqrt().inverse().matrix().asDiagonal();
 }
 
-/// A group's columns in coordinates in which its information is the unit matrix.
+/// Scores of a group in coordinates in which its information is the unit matrix.
 struct Whitened {
   Eigen::MatrixXd scores;  ///< conditions x columns
   double statistic(const Eigen::VectorXd& signs) const { return (scores.transpose() * signs).norm(); }
@@ -142,7 +142,7 @@ Whitened whiten(const Projected& projected, Score& score) {
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
   score.values = root * total;
-  // What each condition adds along the direction that was found, or all that change their signs together.
+  // Contributions of the conditions, or of units that flip together, along the fitted direction.
   const Eigen::VectorXd shares = result.scores * total / std::max(score.gain, 1e-300);
   Eigen::VectorXd of_units = Eigen::VectorXd::Zero(score.units.empty() ? 0 : 1 + std::ranges::max(score.units));
   for (std::size_t row = 0; row < score.units.size(); ++row)
@@ -167,7 +167,7 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
   const std::size_t n = groups.size();
   std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
   const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, draws, seed);
-  // Groups of different size are compared by how far they are beyond what noise gives.
+  // Groups of different size are compared by their excess over the expectation for noise.
   const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
     for (std::size_t g = 0; g < n; ++g) drawn[d][g] = beyond(g, groups[g].statistic(signs[d]));

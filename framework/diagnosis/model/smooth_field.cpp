@@ -16,8 +16,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Cosines over the superpixels, constant excluded, whose squares sum to 1 on average: the spectrum falls with the
-/// fourth power of the number of half waves from two on.
+/// Cosines over the superpixels, without the constant, whose squares sum to 1 on average; from two half waves on, their
+/// variance falls with the fourth power of the number of half waves.
 Eigen::MatrixXd cosines(std::size_t side) {
   std::vector<Eigen::VectorXd> columns;
   double sum = 0;
@@ -113,7 +113,7 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
     }
     return grams;
   };
-  const auto roughly = [&](double sd) {  // at the variances of the fit
+  const auto roughly = [&](double sd) {  // at the fit's variances
     double determinant = 0;
     std::vector<Gram> grams = grams_with(sd, determinant);
     const std::vector<double> determinants = marginalise(grams, fit.state.random_sd);
@@ -143,7 +143,7 @@ std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, co
   State plain = state;
   plain.nuisances.smooth_field = nullptr;
   const Eigen::MatrixXd left = whitened_residuals(problem, plain)[distance];
-  Eigen::MatrixXd smooth(left.rows(), left.cols());  // m, what of it is residue
+  Eigen::MatrixXd smooth(left.rows(), left.cols());  // m, the smooth field in the residual
   for (std::size_t i = 0; i < count; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const Eigen::MatrixXd& along = smooth_field.modes(i);

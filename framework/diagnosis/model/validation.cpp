@@ -18,11 +18,11 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Calls f(condition, superpixel, row) where the observable is known.
+/// Calls f(condition, superpixel, row) for each known value of the observable.
 template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
   const std::size_t n = problem.design.superpixels();
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (!problem.design.shows_board(i)) continue;  // it has no gap to a board
+    if (!problem.design.shows_board(i)) continue;  // a capped lens has no gap
     for (std::size_t s = 0; s < n; ++s) {
       if (!std::isinf(problem.data[i].variance[observable * n + s])) f(i, s, observable * n + s);
     }
@@ -44,17 +44,17 @@ double gap(const Problem& problem, const State& state, std::size_t observable) {
 
 namespace {
 
-/// All that is set in a condition, so that two with the same are the same measurement.
+/// All settings of a condition; equal for repeated measurements.
 std::string settings_of(const io::Condition& c) {
   return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x,
                      c.board_tilt_y, c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient,
                      c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
 }
 
-/// RandomEffectSd of what was measured.
+/// Variances of the measurements.
 struct Measured {
-  double frames = 0;    ///< mean over all superpixels, of their frames; 0 where there are none
-  double repeated = 0;  ///< of conditions with the same settings beyond that of their frames; NaN: none is repeated
+  double frames = 0;    ///< mean over all superpixels, between frames; 0 without frames
+  double repeated = 0;  ///< between conditions with equal settings, beyond that of their frames; NaN: none is repeated
 };
 
 Measured measured(const Problem& problem, bool frames, std::size_t observable) {
@@ -106,7 +106,7 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
   const std::vector<Gram> grams = grams_of(problem, state, shared, {});
   const Eigen::Vector3d deviation(sd.jitter, sd.offset, sd.light);
   const double boards = state.nuisances.boards ? state.nuisances.boards->sd : 0;
-  // What the data say of a condition's place, offset and light, and what they leave open, in standard deviations.
+  // Posterior mean and covariance of each condition's position, offset and light, in standard deviations.
   std::vector<std::pair<Eigen::Vector3d, Eigen::Matrix3d>> own;
   for (const Gram& gram : grams) {
     const Eigen::Matrix3d information = deviation.asDiagonal() * gram.topLeftCorner<3, 3>() * deviation.asDiagonal();
@@ -144,7 +144,7 @@ double noise_and_scatter(const Problem& problem, double scatter, bool frames, st
 
 namespace {
 
-/// Common part of a condition, in standard deviations of each kind: board, camera, light.
+/// Change of a row by one standard deviation of each nuisance of its condition: board, camera, light.
 std::array<double, random_directions> common(const Model& model, std::size_t i, std::size_t row) {
   const RandomEffectSd& sd = model.state.random_sd;
   return {sd.jitter * model.state.jitter_response(model.problem, i, row),
@@ -152,7 +152,7 @@ std::array<double, random_directions> common(const Model& model, std::size_t i, 
           sd.light * model.state.light_response(model.problem, i, row)};
 }
 
-/// Variance of one superpixel alone; what is smooth over the image and differs between conditions counts as that.
+/// Variance of a single superpixel, including a smooth field, which is new in each condition.
 double own_variance(const Model& model, std::size_t observable, std::size_t i, std::size_t row) {
   const double smooth_field =
       observable == distance && model.state.nuisances.smooth_field ? model.state.nuisances.smooth_field->sd() : 0;
@@ -165,7 +165,7 @@ double square(const std::array<double, random_directions>& parts) {
   return sum;
 }
 
-/// Means over the superpixels of a condition; what is common to them does not average out.
+/// Means over the superpixels of a condition; the nuisances that they share do not average out.
 Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& extended, std::size_t observable,
                        std::size_t i) {
   const Problem& problem = model.problem;

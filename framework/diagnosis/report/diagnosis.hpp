@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Result of a gap search with its verdict, and the files that are written of it.
+/// @file Result of a gap search with its verdict, and the files written from it.
 #pragma once
 
 #include "diagnosis/data/ingest.hpp"
@@ -36,24 +36,24 @@ struct ParameterResult {
   Interval interval;
   ParameterStatus status = ParameterStatus::determined;
   bool nonlinear = false;
-  double off = 0, typical = 0;  ///< the former only of a size: where it changes nothing
+  double off = 0, typical = 0;  ///< off: of an amplitude parameter only
 };
 
 struct EffectResult {
-  std::string name, change;  ///< added, or refitted
+  std::string name, change;  ///< "added" or "refitted"
   std::vector<std::string> tied_with;
   std::string where;
   std::vector<ParameterResult> parameters;
-  std::vector<ParameterResult> fixed;              ///< that these data do not ask to vary; their intervals say nothing
-  double held_out_before = 0, held_out_after = 0;  ///< gap of a fold, m: taken out of the model, and with it
-  double chosen = NAN;                             ///< share of the folds; NaN: nothing could be held out
-  double chosen_by_halves = NAN;                   ///< share of random halves of the data; NaN: not asked
+  std::vector<ParameterResult> fixed;              ///< not fitted; their intervals are NaN
+  double held_out_before = 0, held_out_after = 0;  ///< median over folds, m: without the effect, and with it
+  double chosen = NAN;                             ///< fraction of folds; NaN: nothing could be held out
+  double chosen_by_halves = NAN;                   ///< fraction of random halves of the data; NaN: not searched
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
-  std::string experiment;         ///< what tells it from what it is tied with
+  std::string experiment;         ///< distinguishes it from the effects that are tied with it
   std::vector<double> influence;  ///< share of each condition in the gain, see influence()
 
-  /// True if most halves of the data do without it.
+  /// True if most random halves of the data do not choose it.
   bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }
 };
 
@@ -62,90 +62,90 @@ struct Gap {
   double before = 0, after = 0;
   double held_out_before = 0, held_out_after = 0, held_out_low = 0, held_out_high = 0;  ///< NaN: nothing held out
   double noise_floor = 0;                                                               ///< NaN: not measured
-  double scatter_left = 0;                                                              ///< beside it
-  double noise_and_scatter = 0;                                                         ///< without any gap
+  double scatter_left = 0;                                                              ///< beyond the noise floor
+  double noise_and_scatter = 0;                                                         ///< gap of a complete model
 };
 
-/// Origin of a diagnosis. Not in report.json, which is the same whenever it is made.
+/// Origin of a diagnosis; not in report.json, which is reproducible.
 struct Origin {
-  std::string command, date;  ///< the latter UTC
+  std::string command, date;  ///< date: UTC
   double seconds = 0;
 };
 
-/// All that the reports need. Candidates and terms point into the members that own them.
+/// Everything that the reports need. Candidates and terms point into the members that own them.
 struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
-  std::array<Gap, observables> gaps;  ///< NaN where the data do not have the observable
-  std::vector<std::string> notes;     ///< what a reader must know: masks, noise, what was left out; the next two, too
+  std::array<Gap, observables> gaps;  ///< NaN for observables without data
+  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next two
   std::vector<std::string> notes_on_found, notes_on_nuisances;
   Audit audit;
   SearchResult search;
-  State as_it_was;                  ///< the model as written, with the reflectivities that suit it
-  std::vector<NextCondition> next;  ///< what to measure, most telling first; ties before blind effects
+  State as_it_was;                  ///< the given model, with fitted reflectivities
+  std::vector<NextCondition> next;  ///< conditions to measure, most informative first; ties before blind effects
   std::vector<InputFile> inputs;
   Origin origin;
   std::uint64_t seed = 1;
   std::optional<Confidence> confidence;
-  std::vector<Stability> stability;          ///< where it was asked for, or the noise is unknown
-  std::vector<PixelMap> maps;                ///< that were found
-  std::optional<MeasuredContrast> contrast;  ///< where intensities are known
-  std::optional<PixelSpread> spread;         ///< where a table states standard deviations over pixels
+  std::vector<Stability> stability;          ///< if requested, or if the noise is unknown
+  std::vector<PixelMap> maps;                ///< maps in the extended model
+  std::optional<MeasuredContrast> contrast;  ///< if intensities are known
+  std::optional<PixelSpread> spread;         ///< if a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
   Measurements measurements;
   std::string campaign_name;
-  std::vector<std::string> campaign_notes;  ///< what the campaign says itself
+  std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
   std::unique_ptr<GivenModel> given;
-  std::vector<Term> model_terms;                       ///< of it
-  std::vector<std::unique_ptr<Candidate>> candidates;  ///< that may be added
+  std::vector<Term> model_terms;                       ///< of the given model
+  std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
 };
 
 /// Summary in one sentence.
 std::string summary(const Diagnosis& diagnosis);
-/// formats: report.json and the extended model.
+/// Contents of report.json and of the extended model's file.
 nlohmann::json report_json(const Diagnosis& diagnosis);
 std::string model_yaml(const Diagnosis& diagnosis);
-/// A scene of the most telling condition, with the extended model beside it; "" where none tells anything.
+/// Scene of the most informative condition, with the extended model; "" if no condition is informative.
 std::string next_condition_yaml(const Diagnosis& diagnosis);
 inline constexpr const char* next_condition_name = "next_condition.yaml";
 inline constexpr const char* map_file_name = "maps.h5";
-inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, where something is left
-/// The maps that the extended model names, for beside it; where none were estimated, those of a search before are
-/// dropped. @throws std::runtime_error
+inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, unless empty
+/// Writes the maps that the extended model names, beside it; without estimated maps, removes those of an earlier
+/// search. @throws std::runtime_error
 void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder, io::OutputFiles& files);
 
 /// report.html: the verdict; measured, simulated and extended over the distance, by condition and over the sensor;
-/// parameters; what each name rests on; what the data could not show; what to measure next.
+/// parameters; the evidence for each effect; effects that the data could not show; what to measure next.
 report::Page gap_report(const Diagnosis& diagnosis);
-/// SVG: what no effect explains, as an image; "" where there is nothing left.
+/// SVG image of the unexplained residual; "" if nothing is unexplained.
 std::string unexplained_map(const Diagnosis& diagnosis);
 
-// ---- Notes on the data of a report: sentences, in the order in which they stand there ----
+// ---- Notes on the data for a report: sentences in the order of the report ----
 
-/// Notes on what was left out, and on what the measurements cannot determine. @param problem of these measurements
+/// Notes on exclusions, and on what the measurements cannot determine. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
-/// Notes on what the names and values that were found may stand for, and on assumptions that were not measured. Nothing
-/// where nothing was found. @param problem of the measurements
+/// Notes on alternatives to the effects and values found, and on assumptions that were not measured. Empty if nothing
+/// was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
 
-/// Notes on the nuisances of conditions that are large enough to matter, except misplaced boards. @param
-/// problem of the measurements
+/// Notes on the nuisances of conditions that are large enough to matter, except misplaced boards.
+/// @param problem of the measurements
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
-/// "Condition white-3 is off by 20.0 mm: its board stands farther than the 1.200 m that are written, check that. It
-/// counts less.", for each that is; nothing where something is left that may be the cause.
+/// Sentences about misplaced boards, each with the distance error and the stated distance; empty if something is
+/// unexplained, which may be the cause.
 std::vector<std::string> notes_on_misplaced(const Design& design, const SearchResult& search);
 
-/// Note on the contrast that a profile should have.
+/// Note with the contrast that fits the taps, for a profile whose contrast is wrong.
 std::string note_on_contrast(const MeasuredContrast& contrast);
 
-/// Notes on what was not written, and why: effects with which the model would be worse than the given one, and those
-/// that a time limit did not reach. @param time_limit s
+/// Notes on effects that were not written, with reasons: effects that would make the model worse than the given one,
+/// and those that a time limit excluded. @param time_limit s
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit);
 
-/// Notes on the spread of pixels in the maps that were found, and on how well each is known.
+/// Notes on the spread of the pixels in the maps, and on their uncertainty.
 std::vector<std::string> notes_on_maps(const std::vector<PixelMap>& maps);
 
 }  // namespace tofgraph::diagnosis

@@ -29,7 +29,7 @@ std::string name_and_ties(const EffectResult& effect) {
   return text;
 }
 
-/// "distance 5/5, target 4/4": the folds that chose an effect, or what does as much.
+/// "distance 5/5, target 4/4": number of folds that chose an effect or one that is tied with it.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   const std::vector<std::string> names = names_of(effect.name, effect.rivals);
   std::vector<std::string> settings;
@@ -46,7 +46,7 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
   return text;
 }
 
-/// Effect on the held-out gap, with a remark if that rests on few folds.
+/// Effect on the held-out gap, with a remark if few folds determine it.
 std::string fall_text(const Diagnosis& d, std::size_t t) {
   const HeldOutImprovement& improvement = d.search.found[t - d.model_terms.size()].improvement;
   const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
@@ -57,7 +57,7 @@ std::string fall_text(const Diagnosis& d, std::size_t t) {
   return text;
 }
 
-/// Table of the effects: names, values, and their effect on the gap.
+/// Adds the table of effects: names, values, and effect on the gap.
 void add_found(report::Page& page, const Diagnosis& d) {
   std::vector<Row> rows;
   for (std::size_t t = 0; t < d.effects.size(); ++t) {
@@ -94,7 +94,7 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
              rows);
 }
 
-/// A reader sees it in every figure.
+/// Adds the nuisances, which are visible in every figure.
 void add_nuisances(report::Page& page, const ReportData& data) {
   const std::vector<std::string>& notes = data.d.notes_on_nuisances;
   if (notes.empty()) return;
@@ -119,7 +119,7 @@ void add_confidence(report::Page& page, const Confidence& c) {
   page.paragraph(text);
 }
 
-/// Advice on the use of what was found.
+/// Adds advice on the use of the result.
 void add_use(report::Page& page, const Diagnosis& d) {
   const auto added = std::ranges::find(d.effects, "added", &EffectResult::change);
   if (added == d.effects.end()) return;
@@ -172,7 +172,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
   add_gaps(page, d);
 }
 
-/// All but what stands under the verdict.
+/// Adds all notes except those below the verdict.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
   const auto above = [&](const std::string& note) {

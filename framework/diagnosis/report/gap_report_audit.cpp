@@ -13,13 +13,13 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// "wiggling from rail_scale", or what the question of one effect is.
+/// "wiggling from rail_scale", or the question about a single effect.
 std::string question(const NextCondition& next) {
   if (next.effects.size() > 1) return sides_of(next, " from ");
   return asked_of(next.effects.front(), next.value);
 }
 
-/// Advice of the authors of tied effects: of those who had the other one in mind, or else of all.
+/// Advice of the authors of tied effects: of those who name the other effect, or else of all.
 std::string experiments(const Diagnosis& d, const NextCondition& tie) {
   std::vector<std::string> all, meant;
   for (const std::string& name : tie.effects) {
@@ -36,14 +36,14 @@ std::string experiments(const Diagnosis& d, const NextCondition& tie) {
   return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
 }
 
-/// Availability of the camera's samples, or what a table has in their place.
+/// True if the data have samples of the camera, or a table instead.
 bool has_samples(const Diagnosis& d) { return d.measurements.taps || d.measurements.phases || d.measurements.table; }
 
-/// Questions that no condition of the list answers, and the advice of the effects' authors.
+/// Questions that no proposed condition answers, with advice of the effects' authors.
 struct Silent {
   std::vector<std::string> values;  ///< as questions
   std::vector<std::string> blind;   ///< names
-  std::vector<Row> advice;          ///< of all
+  std::vector<Row> advice;          ///< for all
 };
 
 Silent silent_questions(const Diagnosis& d) {
@@ -68,7 +68,7 @@ Silent silent_questions(const Diagnosis& d) {
   return silent;
 }
 
-/// A sentence for all, and the advice to be unfolded.
+/// Adds one sentence for all questions, and the advice, folded.
 void add_silent(report::Page& page, const Silent& silent) {
   if (silent.advice.empty()) return;
   std::vector<std::string> questions = silent.values;
@@ -77,7 +77,7 @@ void add_silent(report::Page& page, const Silent& silent) {
   page.folded_table("What tells these, from experience", Row{"to know", "from experience"}, silent.advice);
 }
 
-/// Pairs of which one was found are what a reader asks for; the others are there to be unfolded.
+/// Adds effects that look alike: pairs with an effect that was found openly, the others folded.
 void add_alike(report::Page& page, const Diagnosis& d) {
   std::map<std::string, std::string> of_found;
   std::vector<Row> others;

@@ -14,8 +14,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr std::size_t max_bars = 10;        ///< of an effect's conditions
-constexpr std::size_t max_correlated = 16;  ///< parameters in a picture
+constexpr std::size_t max_bars = 10;        ///< conditions of an effect
+constexpr std::size_t max_correlated = 16;  ///< parameters in a figure
 constexpr double correlated = 0.9;
 
 std::string remark(const ParameterResult& p) {
@@ -25,10 +25,10 @@ std::string remark(const ParameterResult& p) {
              : "";
 }
 
-/// A typical value is only a magnitude.
+/// Typical value with two digits, because it is only an order of magnitude.
 std::string typical_text(const ParameterResult& p) { return with_uncertainty(p.typical, {NAN, NAN}, p.unit, 2); }
 
-/// Sizes in units of their typical values.
+/// Forest plot of amplitudes in units of their typical values.
 std::string forest(const Diagnosis& d) {
   std::vector<report::Span> spans;
   for (const EffectResult& e : d.effects) {
@@ -77,7 +77,7 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
   page.figures(picture);
 }
 
-/// The conditions that carry most of an effect's gain.
+/// Bars of the conditions that contribute most to an effect's gain.
 std::string effective_sample_size(const ReportData& data, const EffectResult& e) {
   std::vector<std::size_t> order(e.influence.size());
   std::iota(order.begin(), order.end(), 0);
@@ -92,7 +92,7 @@ std::string effective_sample_size(const ReportData& data, const EffectResult& e)
   return report::bars(spans, e.name + ": share of the gain / %", 860);
 }
 
-/// Largest shares of an effect's gain: "half of the gain of wiggling comes from 3 of 30 conditions".
+/// Sentence with the number of conditions that yield half of an effect's gain.
 std::string half_of(const EffectResult& e) {
   std::vector<double> shares = e.influence;
   std::ranges::sort(shares, std::greater<>{});
@@ -103,13 +103,13 @@ std::string half_of(const EffectResult& e) {
 }
 
 std::string deviance_text(double deviance) {
-  constexpr double tenths_matter = 20, beyond_doubt = 1000;  // a tie ends at 10
+  constexpr double tenths_matter = 20, beyond_doubt = 1000;  // deviances differ by less than 10 in a tie
   if (deviance > beyond_doubt) return fmt::format("above {}", beyond_doubt);
   if (deviance >= tenths_matter) return report::plain(deviance, 2);
-  return fmt::format("{:.1f}", std::round(10 * deviance) / 10 + 0.0);  // 0.0, not -0.0
+  return fmt::format("{:.1f}", std::round(10 * deviance) / 10 + 0.0);  // avoids "-0.0"
 }
 
-/// Difference of a rival's model from the extended model, over the distance.
+/// Chart over the distance of the difference between a rival's model and the extended model.
 std::string distance_chart(const ReportData& data, const Rival& rival) {
   const State& extended = data.d.search.after.state;
   const State other = beside(extended, rival.state);
@@ -198,7 +198,7 @@ std::string compared(const Rival& rival) {
 void add_rivals(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   std::vector<std::string> pictures;
-  constexpr std::size_t most = 3;  // of an effect, beside those that are tied with it
+  constexpr std::size_t most = 3;  // per effect, in addition to the tied ones
   for (const EffectResult& e : data.d.effects) {
     std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {

@@ -20,11 +20,11 @@ namespace {
 
 using report::Series;
 
-constexpr double sigma_limit = 5;                              ///< sd: maps have one scale, whatever the campaign
-constexpr std::size_t fewest_of_target = 3, max_targets = 12;  ///< with a curve of their own
+constexpr double sigma_limit = 5;                              ///< sd: maps of all campaigns have the same scale
+constexpr std::size_t fewest_of_target = 3, max_targets = 12;  ///< targets with their own curve
 constexpr int half_width = 560, full_width = 860;              ///< px, of a chart
 
-/// Conditions from the nearest board to the farthest; without a board last.
+/// Conditions in order of board distance; those without a board last.
 std::vector<std::size_t> by_distance(const Design& design) {
   std::vector<std::size_t> order(design.size());
   std::iota(order.begin(), order.end(), 0);
@@ -34,15 +34,15 @@ std::vector<std::size_t> by_distance(const Design& design) {
   return order;
 }
 
-/// Those that have a place on an axis of distances.
+/// Conditions with a board, in order of distance.
 std::vector<std::size_t> boards_by_distance(const Design& design) {
   std::vector<std::size_t> order = by_distance(design);
   std::erase_if(order, [&](std::size_t i) { return design.conditions()[i].is_capped(); });
   return order;
 }
 
-/// Expectation of a model for conditions, in this order: a line where conditions at a distance hardly differ, else a
-/// tick for each of them. A line through the means of different targets would show what no board does.
+/// Expectation of a model for conditions in the given order: a line if conditions at the same distance hardly differ,
+/// else a tick for each. A line through means over different targets would correspond to no board.
 Series expected_series(const Design& design, const std::vector<std::size_t>& order,
                        const std::vector<Evidence::Mean>& means, double Evidence::Mean::*which, std::size_t o) {
   std::map<double, std::vector<double>> levels;
@@ -65,11 +65,11 @@ Series expected_series(const Design& design, const std::vector<std::size_t>& ord
     spread = std::max(spread, greatest - least);
     line.marks.push_back({.x = z, .y = mean(values)});
   }
-  constexpr double hardly = 0.03;  // of the picture's height
+  constexpr double hardly = 0.03;  // fraction of the figure's height
   return spread > hardly * (high - low) ? ticks : line;
 }
 
-/// True if two series lie on each other, so that one hides the other.
+/// True if two series coincide, so that one would hide the other.
 bool alike(const Series& one, const Series& other) {
   if (one.marks.size() != other.marks.size()) return false;
   double span = 0, separation = 0;
@@ -82,7 +82,7 @@ bool alike(const Series& one, const Series& other) {
   return separation < std::max(rounding, of_span * span);
 }
 
-/// Both models where they differ; one series that says so where they do not.
+/// Adds both models, or a single series labelled accordingly if they coincide.
 void join(report::Chart& chart, Series simulated, Series extended) {
   const bool same = alike(simulated, extended);
   if (same) simulated.name = "simulated and extended (the same)";
@@ -90,7 +90,7 @@ void join(report::Chart& chart, Series simulated, Series extended) {
   chart.series.push_back(std::move(simulated));
 }
 
-/// Measured, simulated and extended of these conditions, which are in the order of their distances.
+/// Chart of measured, simulated and extended for these conditions, in order of distance.
 std::string curve(const ReportData& data, std::size_t o, const std::vector<std::size_t>& order,
                   const std::string& title, int width) {
   const Evidence& e = data.evidence.at(o);
@@ -123,9 +123,9 @@ std::string curve(const ReportData& data, std::size_t o, const std::vector<std::
   return report::chart(chart, width, height);
 }
 
-/// The distances of each target by itself, where there are several and each has a curve.
+/// Adds a distance chart for each target, if several have enough conditions.
 void add_targets(report::Page& page, const ReportData& data) {
-  std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // by their number where they have one
+  std::map<std::pair<double, std::string>, std::vector<std::size_t>> targets;  // sorted by number if they have one
   for (const std::size_t i : boards_by_distance(data.design)) {
     const std::string& target = data.design.conditions()[i].target;
     double number = 0;
@@ -143,7 +143,7 @@ void add_targets(report::Page& page, const ReportData& data) {
   page.unfold();
 }
 
-/// Held-out gap of each condition, of both models.
+/// Chart of the held-out gap of each condition, for both models.
 std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
   Series simulated{"simulated", Series::Style::points, {}, report::of_simulated};
   Series extended{"extended", Series::Style::points, {}, report::of_extended};
@@ -164,9 +164,9 @@ std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& g
   return report::chart(chart, std::max(half_width, static_cast<int>(90 + 9 * data.design.size())));
 }
 
-/// The only script of the report: maps of a condition at a click. Needs `grid` (superpixels in a row), `palette` (rgb
-/// from -1 to 1) and `conditions` (id, simulated, extended, sd in mm; null: nothing is known), `sigmaLimit` (of maps in
-/// sd), a select "condition" and an element "condition-maps".
+/// The only script of the report: shows the maps of a clicked condition. Needs `grid` (superpixels per row), `palette`
+/// (rgb from -1 to 1), `conditions` (id, simulated, extended, sd in mm; null: unknown), `sigmaLimit` (of maps in sd), a
+/// select "condition" and an element "condition-maps".
 constexpr const char* condition_script = R"js(
 const panel = document.getElementById("condition-maps"), choice = document.getElementById("condition");
 function colour(share) {
@@ -215,7 +215,7 @@ std::string numbers(const std::vector<double>& values, std::size_t o) {
   return "[" + text + "]";
 }
 
-/// A text in a script; nothing in it ends the script.
+/// Text as a script literal, with < escaped so that it cannot end the script.
 std::string for_script(const std::string& text) {
   std::string result;
   for (const char c : config::json_text(nlohmann::json(text))) result += c == '<' ? "\\u003c" : std::string(1, c);
@@ -273,7 +273,7 @@ void add_observable(report::Page& page, const ReportData& data, std::size_t o) {
   const bool same = std::ranges::equal(e.map_before, e.map_after, [&](double one, double other) {
     return !(std::abs(scaled(one - other, o)) > 1e-3 * limit);
   });
-  constexpr int width = 276, height = 240;  // four in a row
+  constexpr int width = 276, height = 240;  // px: four figures per row
   std::vector<std::string> maps, of_sigma;
   for (const auto& [values, which] : {std::pair(&e.map_before, "simulated"), std::pair(&e.map_after, "extended")}) {
     report::FieldMap map =

@@ -29,12 +29,12 @@ std::string shown_within(double value, double uncertainty, std::size_t observabl
   if (!std::isfinite(value)) return "-";
   constexpr double smallest = 1e-4;  // mm or percent
   const double v = scaled(value, observable), u = scaled(uncertainty, observable);
-  // A residual may well be less than its standard deviation; a gap never tells less than its first two digits.
+  // A residual may be smaller than its standard deviation; a gap is always shown with at least its first two digits.
   double least = u >= smallest ? u : std::abs(v);
   if (!sign && std::abs(v) >= smallest) least = std::min(least, std::abs(v));
   if (least < smallest || (!sign && std::abs(v) < smallest)) return "0 " + unit_of(observable);
   int decimals = 1 - physics::to_integer(std::floor(std::log10(least)), 0);
-  constexpr int max_digits = 3;  // of a large gap beside a small one's interval
+  constexpr int max_digits = 3;  // of a large gap with a narrow interval
   if (!sign)
     decimals = std::min(decimals, max_digits - 1 - physics::to_integer(std::floor(std::log10(std::abs(v))), 0));
   const double step = std::pow(10, -decimals);
@@ -49,7 +49,7 @@ std::string shown_gap(double value, const Gap& gap, std::size_t observable) {
   return shown_within(value, (gap.held_out_high - gap.held_out_low) / 2, observable);
 }
 std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps) {
-  constexpr double hardly = 1.5;  // of the gap: what is fitted beside a curve takes a little back from any
+  constexpr double hardly = 1.5;  // of the gap: effects fitted beside a curve compensate part of it
   std::erase_if(patterns, [&](const Pattern& p) { return p.size > hardly * gaps[p.observable].before; });
   std::ranges::stable_sort(patterns, [](const Pattern& one, const Pattern& other) {
     return one.observable != other.observable ? one.observable < other.observable : one.size > other.size;
@@ -131,7 +131,7 @@ double mean(const std::vector<double>& values) {
 }
 
 double scale_of(const std::vector<double>& values) {
-  constexpr double smallest = 1e-3;  // mm or percent: what is less is rounding, and no picture
+  constexpr double smallest = 1e-3;  // mm or percent: smaller values are rounding errors, not a pattern
   return std::max(report::percentile_98(values), smallest);
 }
 

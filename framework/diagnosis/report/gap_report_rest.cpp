@@ -16,7 +16,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Order of conditions at a distance: by target (as a number where it is one), then by time.
+/// Kind of a condition: target (as a number if it is one), integration time, then sources and ambient.
 using Kind = std::tuple<double, std::string, double, std::string>;
 
 Kind kind_of(const io::Condition& c, bool with_time) {
@@ -28,7 +28,7 @@ Kind kind_of(const io::Condition& c, bool with_time) {
   return {number, c.target, with_time ? c.integration_time : 0, others};
 }
 
-/// Times distinguish columns where that does not leave most of the fields empty.
+/// True if integration times are separate columns: unless most cells would then be empty.
 bool times_are_columns(const Design& design) {
   std::set<double> distances;
   std::set<Kind> kinds;
@@ -42,7 +42,7 @@ bool times_are_columns(const Design& design) {
   return 3 * fields.size() > distances.size() * kinds.size();
 }
 
-/// Rows: distances; columns: what else distinguishes conditions. The mean over a condition's image.
+/// Map of means over a condition's image. Rows: distances; columns: other settings.
 std::string over_conditions(const Design& design, const std::vector<std::vector<double>>& values, std::size_t o,
                             const std::string& title) {
   const bool with_time = times_are_columns(design);
@@ -82,9 +82,9 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
   return report::field_map(map, std::max(420, 160 + 40 * static_cast<int>(kinds.size())), 400);
 }
 
-constexpr std::size_t max_patterns = 12, of_each = 4;  ///< rows, and those of one observable
+constexpr std::size_t max_patterns = 12, of_each = 4;  ///< of all observables, and of one
 
-/// The first ones of each observable.
+/// First patterns of each observable.
 std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
   std::array<std::size_t, observables> count{};
   std::erase_if(patterns, [&](const Pattern& p) { return ++count[p.observable] > of_each; });
@@ -92,9 +92,9 @@ std::vector<Pattern> shown_patterns(std::vector<Pattern> patterns) {
   return patterns;
 }
 
-/// Patterns of the gap before the search, by curves without physics.
+/// Adds the patterns of the gap before the search, described by generic curves.
 void add_patterns(report::Page& page, const Diagnosis& d) {
-  constexpr double false_discoveries = 0.05;  // the search's limit of p-values is never above this
+  constexpr double false_discoveries = 0.05;  // at least the search's limit of p-values
   std::vector<Pattern> sure = d.search.where;
   std::erase_if(sure, [](const Pattern& p) { return !(p.p_value <= false_discoveries); });
   sure = by_size(std::move(sure), d.gaps);
@@ -121,7 +121,7 @@ void add_patterns(report::Page& page, const Diagnosis& d) {
   page.table(Row{"of", "along", "size (root mean square)", "p"}, rows);
 }
 
-/// Observable of the map of the unexplained residual.
+/// Observable for the map of the unexplained residual.
 std::size_t rest_observable(const Diagnosis& d) {
   const SearchResult& search = d.search;
   if (const auto rest = by_size(search.rest, d.gaps); !rest.empty()) return rest.front().observable;
@@ -135,7 +135,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
   std::vector<Row> rows;
   for (const EffectFinding& tried : search.dropped) {
     Row row = {tried.name, tried.refutation};
-    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // it may have been tried again
+    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // may have been tried repeatedly
   }
   if (rows.empty()) return;
   page.folded_table("What was tried and is not named", Row{"effect", "why not"}, rows);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What a search leaves for other commands: the extended model with its maps, and a scene of what to measure next.
+// Files of a search for other commands: the extended model with its maps, and a scene of the next condition to measure.
 #include "config/quantity.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
@@ -17,14 +17,14 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Its name; a path from the root, as the extended model lies in another folder than the one that has it.
+/// Name of the camera; a path becomes absolute, because the extended model is in another folder.
 std::string camera_of(const simulation::Model& model) {
   const bool path = model.camera.find('/') != std::string::npos || model.camera.ends_with(".yaml");
   if (!path || !model.camera_at.source) return model.camera;
   return std::filesystem::absolute(model.camera_at.source->base / model.camera).lexically_normal().string();
 }
 
-/// Tied alternatives to a term, as comments.
+/// Tied alternatives to a term, as YAML comments.
 std::string ties_of(const Diagnosis& d, const Term& term) {
   std::string text;
   for (const EffectFinding& found : d.search.found) {

@@ -19,7 +19,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Notes on what few levels of a setting, or settings that go together, leave open.
+/// Adds notes on ambiguities caused by few levels of a setting, or by settings that vary together.
 void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
   std::set<double> distances, times;
   std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
@@ -45,15 +45,15 @@ void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_se
         "distance and light do by the form of the laws alone.");
 }
 
-/// "0.36 mm and 0.52 % of light", or the one of them that there is.
+/// "0.36 mm and 0.52 % of light", or only the significant one.
 std::string length_and_light(double length, double light) {
-  constexpr double none = 5e-5;  // m, and of ln amplitude: would be shown as nothing
+  constexpr double none = 5e-5;  // m, and of ln amplitude: would be displayed as zero
   std::string text = length < none && light >= none ? "" : fmt::format("{:.2f} mm", 1e3 * length);
   if (light >= none) text += fmt::format("{}{:.2f} % of light", text.empty() ? "" : " and ", 100 * light);
   return text;
 }
 
-/// Notes on maps of lengths whose mean over the pixels matters: an offset of all pixels would be the same.
+/// Adds notes on maps of lengths with a noticeable mean, which cannot be distinguished from a constant offset.
 void note_means(const State& state, std::vector<std::string>& notes) {
   for (const Term& term : state.terms) {
     if (!term.maps) continue;

@@ -170,7 +170,7 @@ json trace_of(const Diagnosis& d) {
   return all;
 }
 
-/// Estimates that are not effects.
+/// Estimated nuisances.
 json nuisances_json(const Diagnosis& d) {
   const RandomEffectSd& v = d.search.after.state.random_sd;
   json result = {
@@ -231,7 +231,7 @@ json spread_of(const PixelSpread& spread) {
   return result;
 }
 
-/// The written model against the given one.
+/// Comparison of the written model with the given one.
 json verification_of(const Diagnosis& d) {
   const SearchResult& search = d.search;
   const auto gaps = [](const GapComparison& of) {

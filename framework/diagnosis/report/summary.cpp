@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// What came out of a search, in a sentence.
+// Result of a search in a sentence.
 #include "config/quantity.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
@@ -16,8 +16,8 @@ namespace {
 
 std::string list_of(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
 
-/// Reduction of the depth gap where it is as large as noise, else of the observable that shrinks most in units of its
-/// noise.
+/// Reduction of the distance gap if it exceeds noise and scatter, else that of the observable with the largest
+/// reduction relative to them.
 std::string shrunk(const Diagnosis& d) {
   const bool aside = !d.search.cross_fit.empty();
   const auto ends = [&](std::size_t o) {
@@ -49,7 +49,7 @@ std::string refitted(const Diagnosis& d) {
   for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
     for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
       const ParameterResult& p = d.effects[t].parameters[k];
-      const std::vector<double>& written = d.model_terms[t].values;  // refinements come after these
+      const std::vector<double>& written = d.model_terms[t].values;  // without added refinements, which come last
       const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
@@ -60,8 +60,8 @@ std::string refitted(const Diagnosis& d) {
   return list_of(changes);
 }
 
-/// Statement of agreement. Without repeated measurements the unexplained residual cannot be separated from noise: that
-/// is not agreement.
+/// Statement of agreement. Without repeated measurements the residual cannot be separated from noise, so no agreement
+/// is claimed.
 std::string agreement(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   if (!std::isnan(gap.noise_floor))
@@ -75,7 +75,7 @@ std::string agreement(const Diagnosis& d) {
       shown_gap(gap.before, gap, distance));
 }
 
-/// Effects that fit except for undetermined values, or nothing: "warm_up fits, but ..".
+/// Clause on an effect that fits, but with undetermined values: "warm_up fits, but ..."; else "".
 std::string untold(const Diagnosis& d) {
   const std::vector<EffectFinding>& dropped = d.search.dropped;
   const auto fits = std::ranges::find_if(dropped, [](const EffectFinding& one) { return one.untold.has_value(); });
@@ -85,7 +85,7 @@ std::string untold(const Diagnosis& d) {
                      experiment.empty() ? "" : " (what does: " + experiment + ")");
 }
 
-/// Size of the gap where nothing is named, and the largest unexplained pattern.
+/// Size of the gap and largest unexplained pattern, for results without a named effect.
 std::string not_known(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
   const std::string fits = untold(d);
@@ -102,8 +102,8 @@ std::string not_known(const Diagnosis& d) {
                      shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
-/// "wiggling", "crosstalk (or static_reflection)"; of several that another one may stand for "zero_offset with
-/// integration_time_offset (or warm_up)" at the first of them, and at the others nothing but what they have of their
+/// "wiggling", "crosstalk (or static_reflection)". Several effects with a common alternative are joined at the
+/// first: "zero_offset with integration_time_offset (or warm_up)"; the others then only list alternatives of their
 /// own.
 std::string with_ties(const EffectResult& effect) {
   std::vector<std::string> own;
@@ -123,7 +123,7 @@ std::string with_ties(const EffectResult& effect) {
   return own.empty() ? together : together + ", " + alone;
 }
 
-/// Effects that were added, by their gain: those that most random halves of the data choose, and the others.
+/// Added effects by gain: those that most random halves of the data choose, and the others.
 struct Names {
   std::vector<std::string> sure, weak;
 };
@@ -176,7 +176,7 @@ std::string_view verdict_name(Verdict verdict) {
 }
 
 std::string summary(const Diagnosis& d) {
-  constexpr std::size_t reported = 3;  // misplaced boards; the notes have all
+  constexpr std::size_t reported = 3;  // misplaced boards; the notes list all
   const std::vector<std::string> misplaced = notes_on_misplaced(*d.measurements.design, d.search);
   std::string text = outcome(d);
   for (std::size_t i = 0; i < std::min(reported, misplaced.size()); ++i) text += " " + misplaced[i];
