@@ -30,6 +30,7 @@ struct SmallCapture {
   std::vector<std::vector<std::uint16_t>> flags;                     ///< for each frame; empty: none
   std::vector<std::int64_t> timestamps;                              ///< ns; default: 100 ms apart
   double frequency = 20e6, time = 1e-3;                              ///< Hz, s
+  std::vector<double> times;                                         ///< s, for each frame; default: time
   std::vector<double> power_on;                                      ///< s; default: unknown
   double temperature = std::nan("");                                 ///< K
 
@@ -81,7 +82,7 @@ struct SmallCapture {
     result.device_number = frame;
     result.timestamp_ns =
         timestamps.empty() ? 1'000'000'000 + static_cast<std::int64_t>(frame) * 100'000'000 : timestamps.at(frame);
-    result.integration_time = time;
+    result.integration_time = times.empty() ? time : times.at(frame);
     result.modulation_frequency = frequency;
     result.temperature = temperature;
     result.time_since_power_on = power_on.empty() ? std::nan("") : power_on.at(frame);

@@ -110,15 +110,19 @@ class Reader {
   void from_capture(const io::Condition& written, const std::vector<std::size_t>& window,
                     const std::vector<double>& modelled, Read& result, MeanImages& images) const {
     try {
-      const io::Recording recording(written.capture);
-      result.seen = {recording.reader().header().camera, recording.reader().header().serial};
-      io::Condition condition = written;
-      complete(condition, recording.reader(), camera_);
-      const auto& sources = recording.reader().header().sources;
-      if (const std::string problem = io::sources_problem(camera_, sources, condition.sources); !problem.empty())
+      const BoardFrames frames(written, *campaign_.camera);
+      const io::CaptureHeader& header = frames.header();
+      const io::Condition& condition = frames.condition();
+      result.seen = {header.camera, header.serial};
+      if (const std::string problem = io::sources_problem(camera_, header.sources, condition.sources); !problem.empty())
         throw std::runtime_error(problem);
-      note_capture(recording, condition, result.evidence);
-      images = mean_of_flat(recording, condition, window, modelled, *campaign_.camera);
+      ConditionEvidence& evidence = result.evidence;
+      evidence.condition = condition;
+      evidence.read = true;
+      evidence.camera = header.camera;
+      evidence.recorded_time = frames.recorded_time();
+      evidence.applied = frames.applied();
+      images = frames.mean(window, modelled);
       leave_out_wrapped(condition, images);
       result.unusable = images.left_out;
       if (images.noise > too_noisy * range_)
@@ -179,19 +183,6 @@ class Reader {
         "is the distance right, and does the capture belong to this condition? Distances beyond the unambiguous range "
         "wrap";
     result.board.reset();
-  }
-
-  /// Records what the capture states about the condition.
-  static void note_capture(const io::Recording& recording, const io::Condition& condition,
-                           ConditionEvidence& evidence) {
-    evidence.condition = condition;
-    evidence.read = true;
-    evidence.camera = recording.reader().header().camera;
-    evidence.recorded_time =
-        recording.reader().metadata(condition.frames ? (*condition.frames)[0] : 0).integration_time;
-    for (const io::CaptureChannel& channel : recording.reader().channels()) {
-      if (channel.name == "distance") evidence.applied = channel.applied;
-    }
   }
 
   void note_evidence(const MeanImages& images, Read& result) const {

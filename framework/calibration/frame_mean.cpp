@@ -4,6 +4,7 @@
 
 #include "calibration/pixel_outliers.hpp"
 #include "config/quantity.hpp"
+#include "io/captures/condition_statistics.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/constants.hpp>
@@ -75,6 +76,17 @@ class Sums {
     }
   }
 
+  /// Takes the sums of taps or phases of four exposures over all pixels.
+  void take(const io::PixelSums& sums) {
+    constexpr std::uint8_t saturated_bit = 2;
+    for (std::size_t i = 0; i < window_.size(); ++i) {
+      const std::size_t pixel = window_[i];
+      for (std::size_t k = 0; k < 4; ++k) samples_[i][k] = sums.sum[4 * pixel + k];
+      square_[i] = sums.square[pixel];
+      state_[i] = (sums.bad[pixel] & saturated_bit) != 0 ? saturated : sums.bad[pixel] != 0 ? no_number : good;
+    }
+  }
+
   /// @param decoded true: distances were added; false: samples
   PixelMeans means(std::size_t frames, bool decoded, bool with_amplitude, UnusablePixels left_out) const {
     PixelMeans result{.images = {.frames = frames}, .variance = {}};
@@ -123,18 +135,24 @@ class Sums {
   std::vector<std::uint8_t> state_;
 };
 
-void check_exposures(const io::CaptureReader& capture) {
-  for (const io::CaptureChannel& channel : capture.channels()) {
-    if (channel.name != "taps" && channel.name != "phases") continue;
-    if (channel.extent[0] != physics::four_exposures.size())
-      throw std::runtime_error(
-          fmt::format("has {} exposures per frame: a calibration needs four steps of 90 deg of one frequency, or "
-                      "recorded distances",
-                      channel.extent[0]));
-  }
-  const physics::Exposures& own = capture.header().exposures;
-  const std::string problem = own.empty() ? std::string() : physics::not_the_four(own);
+/// @throws std::runtime_error if a calibration of the camera cannot use a capture
+void check_fits(const io::CaptureFacts& capture, const tofgraph_camera& camera) {
+  const io::CaptureHeader& header = capture.header;
+  if (header.width != camera.width || header.height != camera.height)
+    throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", header.width, header.height,
+                                         camera.name, camera.width, camera.height));
+  if (capture.frames == 0) throw std::runtime_error("has no frames");
+  if (capture.exposures != 0 && capture.exposures != physics::four_exposures.size())
+    throw std::runtime_error(fmt::format(
+        "has {} exposures per frame: a calibration needs four steps of 90 deg of one frequency, or recorded distances",
+        capture.exposures));
+  const std::string problem = header.exposures.empty() ? std::string() : physics::not_the_four(header.exposures);
   if (!problem.empty()) throw std::runtime_error("cannot be used: a calibration " + problem);
+}
+
+std::vector<std::size_t> without_bad(std::vector<std::size_t> window, const io::Camera& camera) {
+  std::erase_if(window, [&](std::size_t pixel) { return camera.is_bad(pixel); });
+  return window;
 }
 
 PixelMeans means_of(const io::Recording& recording, const io::Condition& condition,
@@ -143,8 +161,7 @@ PixelMeans means_of(const io::Recording& recording, const io::Condition& conditi
   const Kind kind = recording.kind();
   if (kind == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
   const auto [first, last] = frames_of(recording, condition, camera.view());
-  std::vector<std::size_t> window = wanted;
-  std::erase_if(window, [&](std::size_t pixel) { return camera.is_bad(pixel); });
+  const std::vector<std::size_t> window = without_bad(wanted, camera);
   Sums sums(window, camera.view());
   for (std::size_t f = first; f <= last; ++f) {
     if (kind == Kind::taps)
@@ -161,6 +178,17 @@ PixelMeans means_of(const io::Recording& recording, const io::Condition& conditi
   return means;
 }
 
+PixelMeans means_of(const io::Statistics& statistics, const std::vector<std::size_t>& wanted,
+                    const io::Camera& camera) {
+  const std::vector<std::size_t> window = without_bad(wanted, camera);
+  Sums sums(window, camera.view());
+  sums.take(statistics.sums);
+  PixelMeans means =
+      sums.means(statistics.sums.frames, false, false, {.pixels = wanted.size(), .map = wanted.size() - window.size()});
+  means.images.shows_saturation = statistics.sums.kind == "taps";
+  return means;
+}
+
 /// Keeps the values with a nonzero mark.
 template <class T> void keep_marked(std::vector<T>& values, const std::vector<std::uint8_t>& marks) {
   std::size_t kept = 0;
@@ -170,18 +198,15 @@ template <class T> void keep_marked(std::vector<T>& values, const std::vector<st
   values.resize(kept);
 }
 
-void leave_out_outliers(const io::Recording& recording, const std::vector<std::size_t>& window,
-                        const std::vector<double>& modelled, const tofgraph_camera& camera, PixelMeans& means) {
+/// @param samples number of independent samples of a pixel per frame
+void leave_out_outliers(double samples, const std::vector<std::size_t>& window, const std::vector<double>& modelled,
+                        const tofgraph_camera& camera, PixelMeans& means) {
   MeanImages& images = means.images;
   std::vector<double> residual;
   for (std::size_t i = 0, k = 0; i < images.pixels.size(); ++i, ++k) {  // the pixels are a subset of the window
     while (window[k] != images.pixels[i]) ++k;
     residual.push_back(images.distance[i] - modelled[k]);
   }
-  const double samples =
-      recording.kind() == io::Recording::Kind::taps || recording.kind() == io::Recording::Kind::phases
-          ? 4  // independent samples per frame
-          : 1;
   FlatTarget target{.pixels = images.pixels,
                     .residual = residual,
                     .amplitude = images.amplitude,
@@ -205,22 +230,9 @@ void set_frame_noise(PixelMeans& means) {
   means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
 }
 
-}  // namespace
-
-void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
+/// Sets what a condition leaves to its capture. @param first metadata of its first frame
+void complete_from(const tofgraph_metadata& first, io::Condition& condition, const tofgraph_camera& camera) {
   using config::format_quantity;
-  if (capture.frames() == 0) throw std::runtime_error("has no frames");
-  const auto [first_frame, last_frame] =
-      condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
-  const tofgraph_metadata first = capture.metadata(first_frame);
-  for (std::uint64_t frame = first_frame; frame <= last_frame && frame < capture.frames(); ++frame) {
-    const double time = capture.metadata(frame).integration_time;
-    if (time != first.integration_time && !(std::isnan(time) && std::isnan(first.integration_time)))
-      throw std::runtime_error(fmt::format(
-          "was recorded with several integration times, {} and {}: give each a condition with its frames, e.g. "
-          "frames: [0, 19]",
-          format_quantity(first.integration_time, "s"), format_quantity(time, "s")));
-  }
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
   if (std::isnan(condition.integration_time))
     throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
@@ -232,20 +244,35 @@ void complete(io::Condition& condition, const io::CaptureReader& capture, const 
                                          format_quantity(camera.modulation_frequency, "Hz")));
 }
 
+std::variant<io::Recording, io::Statistics> read(const io::Condition& condition, const io::Camera& camera) {
+  using Frames = std::variant<io::Recording, io::Statistics>;
+  if (!io::is_statistics(condition.capture)) return Frames(std::in_place_type<io::Recording>, condition.capture);
+  io::Statistics statistics = io::read_statistics(condition, camera);
+  check_fits(statistics.header.facts, camera.view());
+  if (statistics.sums.kind != "taps" && statistics.sums.kind != "phases")
+    throw std::runtime_error(
+        "holds statistics of decoded frames, without sums of distances: give the campaign of captures");
+  if (statistics.header.frames[0] != 0 && std::isnan(condition.integration_time))
+    throw std::runtime_error(
+        "states the integration time of the capture's first frame only; write e.g. integration_time: 1 ms in the "
+        "campaign");
+  return statistics;
+}
+
+}  // namespace
+
+void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
+  if (capture.frames() == 0) throw std::runtime_error("has no frames");
+  const auto frames = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
+  io::check_one_integration_time(capture, frames);
+  complete_from(capture.metadata(frames[0]), condition, camera);
+}
+
 std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
                                      const tofgraph_camera& camera) {
-  const io::CaptureReader& capture = recording.reader();
-  const auto& header = capture.header();
-  if (header.width != camera.width || header.height != camera.height)
-    throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", header.width, header.height,
-                                         camera.name, camera.width, camera.height));
-  if (capture.frames() == 0) throw std::runtime_error("has no frames");
-  check_exposures(capture);
-  const std::size_t first = condition.frames ? (*condition.frames)[0] : 0;
-  const std::size_t last = condition.frames ? (*condition.frames)[1] : capture.frames() - 1;
-  if (last >= capture.frames())
-    throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", capture.frames(), last));
-  return {first, last};
+  const io::CaptureFacts facts = io::facts_of(recording.reader());
+  check_fits(facts, camera);
+  return io::used_frames(condition, facts.frames);
 }
 
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
@@ -255,11 +282,44 @@ MeanImages mean_of(const io::Recording& recording, const io::Condition& conditio
   return std::move(means.images);
 }
 
-MeanImages mean_of_flat(const io::Recording& recording, const io::Condition& condition,
-                        const std::vector<std::size_t>& window, const std::vector<double>& modelled,
-                        const io::Camera& camera) {
-  PixelMeans means = means_of(recording, condition, window, camera);
-  leave_out_outliers(recording, window, modelled, camera.view(), means);
+BoardFrames::BoardFrames(const io::Condition& condition, const io::Camera& camera)
+    : camera_(camera), condition_(condition), frames_(read(condition, camera)) {
+  if (const auto* recording = std::get_if<io::Recording>(&frames_))
+    complete(condition_, recording->reader(), camera.view());
+  else
+    complete_from(std::get<io::Statistics>(frames_).header.facts.first, condition_, camera.view());
+}
+
+const io::CaptureHeader& BoardFrames::header() const {
+  if (const auto* recording = std::get_if<io::Recording>(&frames_)) return recording->reader().header();
+  return std::get<io::Statistics>(frames_).header.facts.header;
+}
+
+double BoardFrames::recorded_time() const {
+  if (const auto* recording = std::get_if<io::Recording>(&frames_))
+    return recording->reader().metadata(condition_.frames ? (*condition_.frames)[0] : 0).integration_time;
+  return std::get<io::Statistics>(frames_).header.facts.first.integration_time;
+}
+
+std::string BoardFrames::applied() const {
+  const auto* recording = std::get_if<io::Recording>(&frames_);
+  if (recording == nullptr) return {};  // samples, to which nothing is applied
+  const auto& channels = recording->reader().channels();
+  const auto distance = std::ranges::find(channels, "distance", &io::CaptureChannel::name);
+  return distance == channels.end() ? std::string() : distance->applied;
+}
+
+MeanImages BoardFrames::mean(const std::vector<std::size_t>& window, const std::vector<double>& modelled) const {
+  using Kind = io::Recording::Kind;
+  double samples = 4;
+  PixelMeans means;
+  if (const auto* recording = std::get_if<io::Recording>(&frames_)) {
+    if (recording->kind() != Kind::taps && recording->kind() != Kind::phases) samples = 1;
+    means = means_of(*recording, condition_, window, camera_);
+  } else {
+    means = means_of(std::get<io::Statistics>(frames_), window, camera_);
+  }
+  leave_out_outliers(samples, window, modelled, camera_.view(), means);
   set_frame_noise(means);
   return std::move(means.images);
 }

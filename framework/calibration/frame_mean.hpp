@@ -6,8 +6,11 @@
 #include "calibration/board_measurement.hpp"
 #include "io/camera.hpp"
 #include "io/captures/recording.hpp"
+#include "io/captures/statistics_file.hpp"
 
 #include <array>
+#include <string>
+#include <variant>
 
 namespace tofgraph::calibration {
 
@@ -29,11 +32,31 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
                    const std::vector<std::size_t>& window, const io::Camera& camera);
 
-/// The same for a flat target, where pixels that differ from their neighbours are excluded too: see
-/// keep_like_neighbours().
-/// @param modelled m, distance of each pixel of the window by the ideal camera
-MeanImages mean_of_flat(const io::Recording& recording, const io::Condition& condition,
-                        const std::vector<std::size_t>& window, const std::vector<double>& modelled,
-                        const io::Camera& camera);
+/// Frames of a flat target: a capture, or the statistics that `tofgraph reduce` made from it.
+class BoardFrames {
+ public:
+  /// @throws std::runtime_error naming the problem with the file, among them statistics of decoded frames, which
+  /// contain no sums of distances
+  BoardFrames(const io::Condition& condition, const io::Camera& camera);
+
+  /// The condition with the capture's integration time and time since power-on.
+  const io::Condition& condition() const { return condition_; }
+  const io::CaptureHeader& header() const;
+  /// Integration time stated by the capture, s; NaN: none.
+  double recorded_time() const;
+  /// Corrections already applied to its distances; "": none.
+  std::string applied() const;
+
+  /// As mean_of(), where pixels that differ from their neighbours are excluded too: see keep_like_neighbours(). Gives
+  /// the same bits from a capture and from its statistics.
+  /// @param modelled m, distance of each pixel of the window by the ideal camera
+  /// @throws std::runtime_error naming the problem with the capture
+  MeanImages mean(const std::vector<std::size_t>& window, const std::vector<double>& modelled) const;
+
+ private:
+  const io::Camera& camera_;
+  io::Condition condition_;
+  std::variant<io::Recording, io::Statistics> frames_;
+};
 
 }  // namespace tofgraph::calibration

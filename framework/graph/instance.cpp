@@ -125,8 +125,12 @@ void Instance::stop() noexcept {
   forget_failure();
   const RunningCall call(*this, "stop");
   plugin_.stop(self_);
-  if (const Failure failure = std::exchange(last_failure(), {}); !failure.text.empty() && host_.message)
+  const Failure failure = std::exchange(last_failure(), {});
+  if (failure.text.empty() || !host_.message) return;
+  try {
     host_.message(name_, "cannot be stopped: " + failure.text, true);
+  } catch (const std::exception&) {  // no memory for a message; the run ends with its own error
+  }
 }
 
 bool Instance::claim(std::size_t parameter) {

@@ -16,6 +16,7 @@
 #include <cstring>
 #include <ctime>
 #include <memory>
+#include <new>
 
 namespace tofgraph::graph {
 namespace {
@@ -71,7 +72,8 @@ struct Holder {
     stack_t now{};
     if (sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
     const std::size_t size = std::max<std::size_t>(static_cast<std::size_t>(SIGSTKSZ), 32U << 10U);
-    stack_ = std::make_unique<std::byte[]>(size);  // NOLINT(*-avoid-c-arrays)
+    stack_.reset(new (std::nothrow) std::byte[size]);  // without memory a call can still be recorded
+    if (stack_ == nullptr) return;
     stack_t own{};
     own.ss_sp = stack_.get();
     own.ss_size = size;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns in parts: statistics instead of captures, shards in any order, kills, full disks; bit-identical results.
 // Slow: Reduce.*SameReport*:Reduce.*SameFiles*:Reduce.*Killed*:Reduce.*Cases*
-// Slow: Reduce.*ShardsOf*:Reduce.Simulates*:Reduce.Redoes*
+// Slow: Reduce.*SameCalibrations*:Reduce.*ShardsOf*:Reduce.Simulates*:Reduce.Redoes*
 // Rooms: diagnosis simulation
 #include "tests/reduced_campaign.hpp"
 
@@ -61,6 +61,23 @@ TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
   done("sed -i 's/frames: \\[2, 2\\]/frames: [1, 2]/' shared_s/campaign.yaml");
   EXPECT_THAT(run("$TOFGRAPH diagnose --model ideal.yaml --data shared_s -o none").err,
               HasSubstr("now 'frames 1 to 2', then 'frames 2 to 2'"));
+}
+
+/// Calibrations of boards use the sums of every pixel: bit for bit the same, apart from the list of inputs.
+TEST_F(Reduce, SameCalibrationsFromStatisticsAsFromCaptures) {
+  const auto values = [](const std::string& file) {
+    const std::string text = read_text(home() / file);
+    EXPECT_THAT(text, HasSubstr("\nvalues:\n"));
+    return text.substr(text.find("\nvalues:\n"));
+  };
+  for (const std::string kind : {"offset", "fixed-pattern"}) {
+    done("$TOFGRAPH calibrate " + kind + " c/campaign.yaml --force -o captures_" + kind + ".yaml");
+    done("$TOFGRAPH calibrate " + kind + " s/campaign.yaml --force -o statistics_" + kind + ".yaml");
+    EXPECT_EQ(values("captures_" + kind + ".yaml"), values("statistics_" + kind + ".yaml"));
+  }
+  EXPECT_TRUE(read_text(home() / "captures_fixed-pattern.maps.h5") ==
+              read_text(home() / "statistics_fixed-pattern.maps.h5"));
+  EXPECT_THAT(run("$TOFGRAPH calibrate noise s/campaign.yaml -o noise.yaml").err, HasSubstr("not a capture"));
 }
 
 TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {

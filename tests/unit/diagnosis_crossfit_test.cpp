@@ -282,5 +282,13 @@ TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
   EXPECT_NEAR(fall.median_with, 1e-3, 1e-12);
 }
 
+TEST(Stability, ARunThatAddsAnEffectAndItsTieCountsOnce) {
+  const Stability halves{any_half, {{"a", "b"}, {"b"}, {"c"}, {}}, {}};
+  EXPECT_EQ(halves.chosen_share(std::vector<std::string>{"a", "b"}), 0.5);
+  EXPECT_EQ(halves.chosen_share(std::vector<std::string>{"a"}), 0.25);
+  EXPECT_EQ(halves.chosen_share(std::vector<std::string>{"d"}), 0);
+  EXPECT_EQ(halves.counts(), (std::map<std::string, std::size_t>{{"a", 1}, {"b", 2}, {"c", 1}}));
+}
+
 }  // namespace
 }  // namespace tofgraph::diagnosis

@@ -7,6 +7,7 @@
 #include "diagnosis/search/given_model.hpp"
 
 #include "diagnosis/search/crossfit.hpp"
+#include "diagnosis/search/selection.hpp"
 #include "tests/unit/rail.hpp"
 
 #include <chrono>
@@ -59,6 +60,19 @@ TEST(GapComparison, NothingKnownIsNotWorse) {
   EXPECT_FALSE((GapComparison{1e-3, 1.01e-3}).is_worse());
   EXPECT_TRUE((GapComparison{1e-3, 1.1e-3}).is_worse());
   EXPECT_TRUE((GapComparison{38.6e-3, 64e-3}).is_worse());
+}
+
+/// Also beside a drift whose mean could make up for a wrong constant.
+TEST_F(NotWorse, TheGivenValuesComeBackAsTheyWere) {
+  const std::vector<Observations> data = data_with({zero_offset(0.02)}, 5);
+  const Problem problem = make_problem(*design, data);
+  const std::vector<Term> given = {zero_offset(0.05)};
+  const SearchOptions options;
+  Selection selection(problem, given, candidates, options, {});
+  selection.begin();
+  EXPECT_NEAR(selection.best().state.terms[0].values[0], 0.02, 1e-3) << "fitted before";
+  selection.return_to_given();
+  EXPECT_EQ(selection.best().state.terms[0].values, given[0].values);
 }
 
 class FoldAgreement : public NotWorse {

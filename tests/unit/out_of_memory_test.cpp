@@ -116,8 +116,7 @@ void fail_everywhere(long number) {
 
 TEST(OutOfMemory, OnceInAThreadOfTheRun) { fail_everywhere(1); }
 
-// Not run by default: occasionally a run still aborts when several allocations in a row fail.
-TEST(OutOfMemory, DISABLED_ForAWhileInThreadsOfTheRun) { fail_everywhere(20); }
+TEST(OutOfMemory, ForAWhileInThreadsOfTheRun) { fail_everywhere(20); }
 
 }  // namespace
 }  // namespace tofgraph::tests

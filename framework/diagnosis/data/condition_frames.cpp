@@ -3,13 +3,13 @@
 #include "diagnosis/data/superpixels.hpp"
 
 #include "io/captures/campaign_captures.hpp"
+#include "io/captures/condition_statistics.hpp"
 #include "io/captures/recording.hpp"
 #include "io/sha256.hpp"
 
 #include <fmt/format.h>
 
 #include <array>
-#include <sstream>
 #include <stdexcept>
 
 namespace tofgraph::diagnosis {
@@ -36,23 +36,11 @@ FrameSums sums_of(const io::Recording& recording, const std::array<std::uint64_t
   return sums;
 }
 
-/// First line in which two texts differ, as "now X, then Y".
-std::string difference_of(const std::string& now, const std::string& then) {
-  std::istringstream a(now), b(then);
-  for (std::string x, y; std::getline(a, x) && std::getline(b, y);)
-    if (x != y) return fmt::format("now '{}', then '{}'", x, y);
-  return "another number of settings";
-}
-
 ConditionFrames of_statistics(const io::Condition& condition, const io::Camera& camera) {
-  io::Statistics statistics = io::read_statistics(condition.capture);
-  const io::StatisticsHeader& h = statistics.header;
-  const std::string now = statistics_settings(h.capture_sha256, used_frames(condition, h.facts.frames), camera);
-  if (now != h.settings)
-    throw std::runtime_error(
-        fmt::format("was made with other settings: {}; reduce the campaign again", difference_of(now, h.settings)));
-  return {h.facts, FrameSums(std::move(statistics.sums), h.facts.header.width, h.facts.header.height,
-                             Demodulation(physics::exposures_of(camera.view())))};
+  io::Statistics statistics = io::read_statistics(condition, camera);
+  const io::CaptureFacts& facts = statistics.header.facts;
+  return {facts, FrameSums(std::move(statistics.sums), facts.header.width, facts.header.height,
+                           Demodulation(physics::exposures_of(camera.view())))};
 }
 
 /// @throws std::runtime_error if a capture does not fit the camera
@@ -71,17 +59,12 @@ ConditionFrames of_capture(const io::Condition& condition, const io::Camera& cam
   check_facts(facts, camera.view());
   if (recording.kind() == io::Recording::Kind::images)
     throw std::runtime_error("has neither taps nor phases nor distance");
-  return {facts, sums_of(recording, used_frames(condition, facts.frames), camera.view())};
+  const std::array<std::uint64_t, 2> frames = io::used_frames(condition, facts.frames);
+  io::check_one_integration_time(recording.reader(), frames);
+  return {facts, sums_of(recording, frames, camera.view())};
 }
 
 }  // namespace
-
-std::array<std::uint64_t, 2> used_frames(const io::Condition& condition, std::uint64_t frames) {
-  const std::array<std::uint64_t, 2> used = condition.frames.value_or(std::array<std::uint64_t, 2>{0, frames - 1});
-  if (used[1] >= frames)
-    throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", frames, used[1]));
-  return used;
-}
 
 ConditionFrames read_frames(const io::Condition& condition, const io::Camera& camera) {
   ConditionFrames frames =
@@ -92,24 +75,12 @@ ConditionFrames read_frames(const io::Condition& condition, const io::Camera& ca
   return frames;
 }
 
-std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,
-                                const io::Camera& camera) {
-  const tofgraph_camera& view = camera.view();
-  std::string text =
-      fmt::format("version {}\ncapture {}\nframes {} to {}\ncamera {}\nwidth {}\nheight {}\n", io::statistics_version,
-                  capture_sha256, frames[0], frames[1], view.name, view.width, view.height);
-  text += fmt::format("full_well {}\nmodulation_frequency {}\n", view.full_well, view.modulation_frequency);
-  for (const tofgraph_exposure& e : physics::exposures_of(view))
-    text += fmt::format("exposure {} {}\n", e.phase, e.frequency);
-  return text;
-}
-
 io::Statistics reduce_capture(const io::Condition& condition, const io::Camera& camera, const std::string& shown,
                               const std::string& capture_sha256) {
   const ConditionFrames frames = of_capture(condition, camera);
-  const std::array<std::uint64_t, 2> used = used_frames(condition, frames.facts.frames);
+  const std::array<std::uint64_t, 2> used = io::used_frames(condition, frames.facts.frames);
   io::Statistics result;
-  result.header = {.settings = statistics_settings(capture_sha256, used, camera),
+  result.header = {.settings = io::statistics_settings(capture_sha256, used, camera),
                    .capture = shown,
                    .capture_sha256 = capture_sha256,
                    .facts = frames.facts,

@@ -120,18 +120,10 @@ struct ConditionFrames {
 /// settings that differ from the present ones of the condition and the camera
 ConditionFrames read_frames(const io::Condition& condition, const io::Camera& camera);
 
-/// All settings on which the sums depend, one "name value" per line: the capture's hash, the frames, and the used parts
-/// of the profile. Board positions, reflectivities and similar values are excluded, since they may be corrected later.
-std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,
-                                const io::Camera& camera);
-
 /// Statistics of a condition's capture, one frame in memory at a time.
 /// @param shown path of the capture for reports @param capture_sha256 hash of its bytes
 /// @throws std::runtime_error as read_frames
 io::Statistics reduce_capture(const io::Condition& condition, const io::Camera& camera, const std::string& shown,
                               const std::string& capture_sha256);
-
-/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist
-std::array<std::uint64_t, 2> used_frames(const io::Condition& condition, std::uint64_t frames);
 
 }  // namespace tofgraph::diagnosis

@@ -52,7 +52,6 @@ class BoardFlatness {
   /// common field for several targets explains nearly as much, or if they are larger than is usual for boards. Not sure
   /// for a single target, if they explain less than half, or if the remaining excess exceeds the gain of separate
   /// fields over a common one: the residual may then be the camera's.
-  /// @param problem the fields are for it, or for it with other nuisances of its conditions
   BoardTrial trial(const Problem& problem, const State& state) const;
 
  private:

@@ -13,8 +13,10 @@ namespace tofgraph::diagnosis {
 struct ModelFit {
   State state;
   double deviance = std::numeric_limits<double>::infinity();
-  double dimension = 0;               ///< number of effect parameters that the data determine
-  Eigen::MatrixXd covariance;         ///< of all free parameters, in the order of the terms, in typical values
+  double dimension = 0;  ///< number of effect parameters that the data determine
+  /// Covariance of all free parameters in the order of the terms, in typical values, followed by reflectivities and
+  /// shared unknowns. Taken at the iterate before the last.
+  Eigen::MatrixXd covariance;
   std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see linearised()
 
   /// Bayesian information criterion, with the prior of refinements: normal about off, with one typical value as

@@ -90,6 +90,11 @@ Problem with_data(const Problem& problem, const std::vector<Observations>& data)
   return {problem.design, data, problem.targets, problem.target, problem.nuisances, problem.deadline, problem.left_out};
 }
 
+Problem with_deadline(Problem problem, const Deadline& deadline) {
+  problem.deadline = &deadline;
+  return problem;
+}
+
 std::vector<double> first_log_reflectivity(const Problem& problem) {
   std::vector<double> sum(problem.targets.size(), 0), count(problem.targets.size(), 0);
   const std::size_t n = problem.design.superpixels();

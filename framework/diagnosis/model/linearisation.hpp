@@ -128,6 +128,8 @@ bool are_seen(std::size_t observable, const Design& design, const std::vector<Ob
 Problem make_problem(const Design& design, const std::vector<Observations>& data, const Deadline* deadline = nullptr);
 /// The problem with other data of the same conditions. @param data must outlive the result
 Problem with_data(const Problem& problem, const std::vector<Observations>& data);
+/// The same problem with another deadline. @param deadline must live on
+Problem with_deadline(Problem problem, const Deadline& deadline);
 
 /// Parts of a linearisation that are more expensive than the jacobian. Shared by states, never changed.
 struct Linearisation {

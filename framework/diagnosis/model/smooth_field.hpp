@@ -47,9 +47,9 @@ class SmoothField {
 struct Problem;
 struct ModelFit;
 struct State;
-/// A smooth field, and the fall of the deviance relative to the field of the problem.
+/// A smooth field, and the fall of the deviance relative to the field of the fit.
 struct SmoothFieldTrial {
-  std::shared_ptr<const SmoothField> smooth_field;  ///< null: the problem's is as good
+  std::shared_ptr<const SmoothField> smooth_field;  ///< null: the fit's is as good
   std::vector<Eigen::Index> runs = {};              ///< see runs_of()
   double gain = 0;
 };

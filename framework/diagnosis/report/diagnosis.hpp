@@ -131,7 +131,7 @@ std::vector<std::string> notes_on(const Measurements& measurements, const Proble
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
 
 /// Notes on the nuisances of conditions that are large enough to matter, except misplaced boards.
-/// @param problem with the nuisances of the search
+/// @param problem of the measurements
 std::vector<std::string> notes_on_nuisances(const Problem& problem, const SearchResult& search);
 
 /// Sentences about misplaced boards, each with the distance error and the stated distance; empty if something is

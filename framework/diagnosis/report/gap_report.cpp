@@ -229,7 +229,7 @@ void add_stability(report::Page& page, const ReportData& data) {
   if (all.empty()) return;
   std::set<std::string> names;
   for (const Stability& one : all) {
-    for (const auto& [name, runs] : one.chosen) names.insert(name);
+    for (const auto& [name, runs] : one.counts()) names.insert(name);
   }
   Row header = {"held out, each time", "held-out gap, simulated", "extended (95 %)"};
   header.insert(header.end(), names.begin(), names.end());
@@ -238,10 +238,9 @@ void add_stability(report::Page& page, const ReportData& data) {
     const auto text = [&](double gap) { return shown_within(gap, (one.gap.high - one.gap.low) / 2, distance); };
     rows.push_back({one.put_aside, text(one.gap.before),
                     fmt::format("{} ({} to {})", text(one.gap.after), text(one.gap.low), text(one.gap.high))});
-    for (const std::string& name : names) {
-      const auto found = one.chosen.find(name);
-      rows.back().push_back(fmt::format("{} of {}", found == one.chosen.end() ? 0 : found->second, one.runs));
-    }
+    std::map<std::string, std::size_t> counts = one.counts();
+    for (const std::string& name : names)
+      rows.back().push_back(fmt::format("{} of {}", counts[name], one.chosen.size()));
   }
   page.heading("Selection frequency of each effect");
   page.paragraph(

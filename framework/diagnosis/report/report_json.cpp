@@ -286,8 +286,8 @@ json report_json(const Diagnosis& d) {
   report["folds"] = folds_of(d);
   for (const Stability& one : d.stability)
     report["resampled"].push_back({{"put_aside", one.put_aside},
-                                   {"runs", one.runs},
-                                   {"chosen", one.chosen},
+                                   {"runs", one.chosen.size()},
+                                   {"chosen", one.counts()},
                                    {"gap_before", number(one.gap.before)},
                                    {"gap_after", number(one.gap.after)},
                                    {"gap_low", number(one.gap.low)},

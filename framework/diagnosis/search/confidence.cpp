@@ -143,11 +143,18 @@ Term random_term(const Candidate& candidate, double factor, std::uint64_t seed) 
 }
 
 double Stability::chosen_share(std::span<const std::string> names) const {
-  std::size_t count = 0;
-  for (const std::string& name : names) {
-    if (const auto found = chosen.find(name); found != chosen.end()) count += found->second;
+  const auto added_any = [&](const std::vector<std::string>& added) {
+    return std::ranges::find_first_of(added, names) != added.end();
+  };
+  return static_cast<double>(std::ranges::count_if(chosen, added_any)) / static_cast<double>(chosen.size());
+}
+
+std::map<std::string, std::size_t> Stability::counts() const {
+  std::map<std::string, std::size_t> counts;
+  for (const std::vector<std::string>& added : chosen) {
+    for (const std::string& name : added) ++counts[name];
   }
-  return static_cast<double>(std::min(count, runs)) / static_cast<double>(runs);
+  return counts;
 }
 
 std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
@@ -158,13 +165,11 @@ std::vector<Stability> stability(const Problem& problem, const std::vector<Term>
   const CrossFit all = cross_fit(folds, problem.design, problem.data, model, candidates, options);
   std::vector<Stability> result;
   for (const char* setting : {each_distance, each_target, any_half}) {
-    Stability one{setting, 0, {}, all.gap(distance, setting, options.seed)};
+    Stability one{setting, {}, all.gap(distance, setting, options.seed)};
     for (const FoldResult& fold : all.folds) {
-      if (fold.fold.setting != setting || !fold.failed.empty()) continue;
-      ++one.runs;
-      for (const std::string& name : fold.chosen) ++one.chosen[name];
+      if (fold.fold.setting == setting && fold.failed.empty()) one.chosen.push_back(fold.chosen);
     }
-    if (one.runs > 0) result.push_back(std::move(one));
+    if (!one.chosen.empty()) result.push_back(std::move(one));
   }
   return result;
 }

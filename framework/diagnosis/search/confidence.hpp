@@ -62,13 +62,14 @@ Term random_term(const Candidate& candidate, double factor, std::uint64_t seed);
 
 /// Runs with different conditions held out.
 struct Stability {
-  std::string put_aside;                      ///< each_distance, each_target, any_half
-  std::size_t runs = 0;                       ///< those that gave a number
-  std::map<std::string, std::size_t> chosen;  ///< runs that added an effect
-  CrossFit::Gap gap;                          ///< distance, of held-out conditions, m
+  std::string put_aside;                         ///< each_distance, each_target, any_half
+  std::vector<std::vector<std::string>> chosen;  ///< effects that a run added, for each run that gave a number
+  CrossFit::Gap gap;                             ///< distance, of held-out conditions, m
 
-  /// Share of the runs that added one of these: an effect and what it is tied with.
+  /// Share of the runs that added at least one of these: an effect, or what it is tied with.
   double chosen_share(std::span<const std::string> names) const;
+  /// Number of runs that added an effect, by its name.
+  std::map<std::string, std::size_t> counts() const;
 };
 
 /// Each distance held out alone; each target; and random halves of the levels (Meinshausen and Buehlmann, Stability

@@ -21,8 +21,7 @@ struct GapComparison {
   bool is_worse() const { return model > settings.max_given_gap_growth * given + settings.given_gap_tolerance; }
 };
 
-/// On all data. @param given the parameters of the model as it was given, reflectivities fitted
-/// @param problem with what suits `model`
+/// On all data. @param given the parameters of the model as it was given; reflectivities are fitted
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model);
 
 /// Held-out predictions of the folds: the effects of a model, fitted without it. Folds that chose these effects are

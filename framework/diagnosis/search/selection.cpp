@@ -27,11 +27,7 @@ Selection::Selection(const Problem& problem, const std::vector<Term>& model,
                      const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
                      std::map<std::string, std::string> refused)
     : deadline_(problem.deadline != nullptr ? *problem.deadline : Deadline()),
-      task_{{problem.design, problem.data, problem.targets, problem.target, problem.nuisances, &deadline_},
-            model,
-            candidates,
-            options,
-            std::move(refused)} {}
+      task_{with_deadline(problem, deadline_), model, candidates, options, std::move(refused)} {}
 
 void Selection::begin() {
   task_.report_progress("fitting the model as it is");
@@ -82,7 +78,8 @@ void Selection::return_to_given() {
   const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
   fit.covariance = there.covariance;
   fit.dimension = there.dimension;
-  accept(std::move(fit));
+  // Not by accept(), which may fit again: the given values are to stay as they are.
+  select({selected_.original, linearised(problem(), std::move(fit)), selected_.barred});
 }
 
 void Selection::refit() {

@@ -23,7 +23,8 @@ namespace tofgraph::diagnosis {
 // ---- Steps of a search, so that a reader can follow why an effect was accepted or rejected ----
 
 struct Step {
-  std::string what;  ///< ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, proved
+  /// ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, followed, proved
+  std::string what;
   std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
   std::string outcome;
@@ -216,21 +217,23 @@ class Selection {
   std::vector<ModelFit> forms_of(const ModelFit& base, const Candidate& one) const {
     return subsets_.forms_of(base, one);
   }
-  /// A model without an addition in the place of the best one.
+  /// Takes the best model without an addition as the best one.
   void drop(const ModelTerm& addition);
-  /// Others in the place of an effect, beside all that is there, where these explain as much; it is not added again.
-  /// @returns whether they do
+  /// Replaces an effect by others that explain as much beside the rest of the model; it is not added again.
+  /// @returns true if there are such others
   bool exchange(const Candidate& one);
-  /// Fits exactly, by every pixel.
+  /// Fits the best model again with the grid bias of every pixel.
   void refit();
-  /// Another model, likewise, with the nuisances of the best one. @throws simulation::EffectError
+  /// The same fit of another model with the nuisances of the best one; nothing is stored.
+  /// @throws simulation::EffectError
   ModelFit refitted(State state) const;
-  /// A model in the place of the best one, fitted; where an effect cannot do its images all stays as it was, and if it
-  /// was new it is not tried again. @returns whether it can
+  /// Fits a model and takes it as the best one. Where an effect cannot make its images, everything stays as it was, and
+  /// an effect that was new is not tried again. @returns true if it was taken
   bool try_accept(State state);
-  /// A fit in the place of the best one, as it is.
+  /// Takes a fit as the best one, with its jacobian. Where it leaves another mean of the drift, it and the original
+  /// model are fitted again about that.
   void accept(ModelFit fit);
-  /// The parameters of the model as it was given, reflectivities and variances fitted, in the place of the best one.
+  /// Takes the given model as the best one: its parameters as they were given, reflectivities and variances fitted.
   void return_to_given();
 
   const SelectedModel& selected() const { return selected_; }
