@@ -33,6 +33,14 @@ struct OtherOrder {
 /// do not fit and no order was found that does.
 std::optional<OtherOrder> other_order(const OrderSamples& samples, const physics::Exposures& exposures);
 
+/// The order turned as a whole by half a turn and by each of its steps, in its direction and in the other one; itself
+/// first. The samples of a pixel fit all of them alike.
+std::vector<physics::Exposures> turned_orders(const physics::Exposures& exposures);
+
+/// Returns whether the light of a frame contradicts an order: brighter surfaces are farther away, or brighter than
+/// white. Light that decreases too fast with the distance does not: lamps are weaker towards the image's corners.
+bool is_contradicted_by_light(const OrderSamples& samples, const physics::Exposures& exposures);
+
 /// As in a profile: "[{phase: 0 deg}, {phase: 90 deg}]".
 std::string exposures_yaml(const physics::Exposures& exposures);
 
