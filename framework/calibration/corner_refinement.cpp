@@ -16,7 +16,7 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double max_window = 9;    ///< px: farther off the lens bends the edges
+constexpr double max_window = 9;    ///< px: farther off the curvature of the edges changes
 constexpr double start_blur = 0.5;  ///< px
 
 struct Pixel {
@@ -72,6 +72,7 @@ struct Crossing {
   using Scalar = double;
   const std::vector<Pixel>& pixels;
   double u, v, scale;
+  std::array<double, 2> curvature;
 
   int NumResiduals() const { return static_cast<int>(pixels.size()) + 1; }
   template <class T> bool operator()(const T* p, T* residual) const {
@@ -79,8 +80,11 @@ struct Crossing {
     const T c1 = cos(p[angle1]), s1 = sin(p[angle1]), c2 = cos(p[angle2]), s2 = sin(p[angle2]);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const T du = pixels[i].u - u - p[x], dv = pixels[i].v - v - p[y];
-      const T edge1 = edge<T>(c1 * dv - s1 * du, s1, c1, p[log_blur]);
-      const T edge2 = edge<T>(c2 * dv - s2 * du, s2, c2, p[log_blur]);
+      const T along1 = c1 * du + s1 * dv, along2 = c2 * du + s2 * dv;
+      const T across1 = c1 * dv - s1 * du - 0.5 * curvature[0] * along1 * along1;
+      const T across2 = c2 * dv - s2 * du - 0.5 * curvature[1] * along2 * along2;
+      const T edge1 = edge<T>(across1, s1, c1, p[log_blur]);
+      const T edge2 = edge<T>(across2, s2, c2, p[log_blur]);
       const T light = 1.0 + p[slope_u] * du + p[slope_v] * dv;
       residual[i] = pixels[i].value / scale - (p[mean] + p[contrast] * edge1 * edge2) * light;
     }
@@ -91,6 +95,12 @@ struct Crossing {
 };
 
 }  // namespace
+
+double curvature_through(const std::array<double, 2>& a, const std::array<double, 2>& b,
+                         const std::array<double, 2>& c) {
+  const double ux = b[0] - a[0], uy = b[1] - a[1], vx = c[0] - b[0], vy = c[1] - b[1];
+  return 2 * (ux * vy - uy * vx) / (std::hypot(ux, uy) * std::hypot(vx, vy) * std::hypot(ux + vx, uy + vy));
+}
 
 void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vector<Corner>& corners) {
   corners.clear();
@@ -141,7 +151,7 @@ bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined
   const double scale = std::abs(even - odd) / 2;
   if (!(scale > 0)) return false;
   using Function = ceres::TinySolverAutoDiffFunction<Crossing, Eigen::Dynamic, parameters>;
-  const Crossing crossing{pixels, rough.u, rough.v, scale};
+  const Crossing crossing{pixels, rough.u, rough.v, scale, rough.curvature};
   const Function function(crossing);
   ceres::TinySolver<Function> solver;
   solver.options.max_num_iterations = 60;

@@ -35,10 +35,27 @@ cv::Point2d step(const Lattice& l, std::size_t column, std::size_t row, bool alo
   return (l(column, next) - l(column, last)) / static_cast<double>(next - last);
 }
 
+/// Curvature of the edge through a corner, by it and its neighbours; at the end of a line that of the next corner.
+double curvature(const Lattice& l, std::size_t column, std::size_t row, bool along_row) {
+  const std::size_t count = along_row ? l.columns : l.rows;
+  if (count < 3) return 0;
+  const std::size_t middle = std::clamp<std::size_t>(along_row ? column : row, 1, count - 2);
+  const auto at = [&](std::size_t i) {
+    const cv::Point2d& p = along_row ? l(i, row) : l(column, i);
+    return std::array{p.x, p.y};
+  };
+  return curvature_through(at(middle - 1), at(middle), at(middle + 1));
+}
+
 RoughCorner rough_of(const Lattice& l, std::size_t column, std::size_t row) {
   const cv::Point2d& p = l(column, row);
   const cv::Point2d a = step(l, column, row, true), b = step(l, column, row, false);
-  return {row * l.columns + column, p.x, p.y, {a.x, a.y}, {b.x, b.y}};
+  return {.point = row * l.columns + column,
+          .u = p.x,
+          .v = p.y,
+          .along_row = {a.x, a.y},
+          .along_column = {b.x, b.y},
+          .curvature = {curvature(l, column, row, true), curvature(l, column, row, false)}};
 }
 
 /// Rows and columns turn to the right: a board seen from its front. OpenCV may begin at another corner.

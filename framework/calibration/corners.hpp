@@ -54,7 +54,12 @@ struct RoughCorner {
   double u = 0, v = 0;
   std::array<double, 2> along_row{}, along_column{};  ///< to the next corner
   double plain = 1;                                   ///< share of the way to the next corner without anything else
+  std::array<double, 2> curvature{};                  ///< of the two edges, 1/px: see curvature_through()
 };
+
+/// Curvature of the circle through three places, 1/px; positive where it turns from u to v.
+double curvature_through(const std::array<double, 2>& a, const std::array<double, 2>& b,
+                         const std::array<double, 2>& c);
 
 /// Corner after refine().
 struct RefinedCorner {
@@ -71,7 +76,8 @@ void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vec
 
 /// Fits two crossing edges, blurred, under a slope of brightness to the pixels about the corner:
 /// I = (m + c E(s1) E(s2)) (1 + h d), d from the corner, s1, s2 across the edges, E a blurred step averaged over a
-/// pixel.
+/// pixel. The edges have the curvature of the lattice, which a lens with distortion bends: a straight line fitted to an
+/// edge of curvature k within +-L would be off by k L^2 / 6.
 /// @returns false where no such crossing is
 bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined);
 /// Means of the four quadrants between the edges about a place, in turn. False: outside the image.

@@ -8,6 +8,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace tofgraph::calibration {
@@ -48,6 +49,24 @@ Marked detect(const Image& image, const io::Pattern& pattern, Tones tones) {
   return result;
 }
 
+/// Curvature of the edge through a corner, by three neighbours on it of which it is the middle one if these are seen; 0
+/// where there are none. @param next difference in column and row of the next corner
+double curvature(const Marked& marked, int columns, std::size_t i, std::array<int, 2> next) {
+  const int column = marked.ids[i] % columns, row = marked.ids[i] / columns;
+  for (const int middle : {0, 1, -1}) {
+    std::vector<std::array<double, 2>> places;
+    for (const int k : {middle - 1, middle, middle + 1}) {
+      const int c = column + k * next[0], id = (row + k * next[1]) * columns + c;
+      const auto found = std::ranges::find(marked.ids, id);
+      if (c < 0 || c >= columns || found == marked.ids.end()) continue;
+      const cv::Point2d& p = marked.at[static_cast<std::size_t>(found - marked.ids.begin())];
+      places.push_back({p.x, p.y});
+    }
+    if (places.size() == 3) return curvature_through(places[0], places[1], places[2]);
+  }
+  return 0;
+}
+
 /// The rough corners with the lattice's directions by a homography of what was seen.
 std::vector<RoughCorner> rough_of(const Marked& marked, const io::Pattern& pattern) {
   const auto columns = static_cast<int>(pattern.columns);
@@ -67,7 +86,8 @@ std::vector<RoughCorner> rough_of(const Marked& marked, const io::Pattern& patte
                      marked.at[i].y,
                      {a.x, a.y},
                      {b.x, b.y},
-                     (1 - pattern.marker / pattern.square) / 2});
+                     (1 - pattern.marker / pattern.square) / 2,
+                     {curvature(marked, columns, i, {1, 0}), curvature(marked, columns, i, {0, 1})}});
   }
   return rough;
 }

@@ -14,24 +14,51 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double margin = 3;  ///< px, from corners to the image border
+constexpr double margin = 3;                     ///< px, from corners to the image border
+constexpr double min_spacing = 4;                ///< px between corners, needed to find the pattern
+constexpr double min_facing = 0.34202014332567;  ///< cosine of 70 deg, between a ray and the board's normal
 
-/// Information of a view at this pose on lens and warp, with unknown pose. Empty if the board is not fully visible.
+/// Returns true if the pattern would be found with its points at these pixels: inside the image with half a square
+/// around each, and far enough apart.
+bool is_visible(const Observations& observations, const std::vector<Eigen::Vector2d>& pixels) {
+  const Eigen::Vector2d last(static_cast<double>(observations.width) - 1, static_cast<double>(observations.height) - 1);
+  for (const Eigen::Vector2d& pixel : pixels) {
+    double spacing = 1e9;
+    for (const Eigen::Vector2d& other : pixels)
+      if (&other != &pixel) spacing = std::min(spacing, (other - pixel).norm());
+    const double inside = std::min(pixel.minCoeff(), (last - pixel).minCoeff());
+    if (spacing < min_spacing || inside < std::max(margin, spacing / 2)) return false;
+  }
+  return true;
+}
+
+/// Returns true if a point of the board is seen from the front, neither at a grazing angle nor from behind.
+bool faces_camera(const Pose& pose, const BoardPoint& point) {
+  const auto& r = pose.rotation;
+  const auto& t = pose.translation;
+  const Eigen::Vector3d normal(r[2], r[5], r[8]);
+  const Eigen::Vector3d at(r[0] * point.x + r[1] * point.y + t[0], r[3] * point.x + r[4] * point.y + t[1],
+                           r[6] * point.x + r[7] * point.y + t[2]);
+  return normal.dot(at) > min_facing * at.norm();
+}
+
+/// Information of a view at this pose on lens and warp, with unknown pose. Empty if the pattern would not be found.
 Eigen::MatrixXd information_of(const Observations& observations, const LensSolution& solution, const Pose& pose,
                                double corner_sd) {
   const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(shared, shared), across = Eigen::MatrixXd::Zero(shared, 6);
   Eigen::Matrix<double, 6, 6> own = Eigen::Matrix<double, 6, 6>::Zero();
+  std::vector<Eigen::Vector2d> pixels;
   for (const BoardPoint& point : observations.points) {
     PointDerivatives d;
-    if (!derivatives_of(solution, pose, point, warp_basis(observations, point), d)) return {};
-    if (d.pixel.minCoeff() < margin || d.pixel.x() > static_cast<double>(observations.width) - 1 - margin ||
-        d.pixel.y() > static_cast<double>(observations.height) - 1 - margin)
+    if (!faces_camera(pose, point) || !derivatives_of(solution, pose, point, warp_basis(observations, point), d))
       return {};
+    pixels.push_back(d.pixel);
     gram += d.shared.transpose() * d.shared;
     across += d.shared.transpose() * d.pose;
     own += d.pose.transpose() * d.pose;
   }
+  if (!is_visible(observations, pixels)) return {};
   return (gram - across * own.ldlt().solve(across.transpose())) / (corner_sd * corner_sd);
 }
 

@@ -39,7 +39,7 @@ class ScratchFolder {
 };
 
 /// True for files that begin with the HDF5 signature; MATLAB files have a header before it.
-bool is_capture(const std::filesystem::path& file) {
+bool is_hdf5(const std::filesystem::path& file) {
   std::array<char, 4> head{};
   std::ifstream(file, std::ios::binary).read(head.data(), head.size());
   return std::string_view(head.data(), head.size()) == "\x89HDF";
@@ -51,8 +51,12 @@ int inspect(ReadingArguments reading, InspectArguments arguments, const Common& 
                        : fmt::format("{} and {} more", reading.files.front(), reading.files.size() - 1);
   arguments.camera = reading.run.camera;
   arguments.capture = reading.files.front();
-  if (reading.files.size() == 1 && is_capture(arguments.capture)) return run_module("inspect", &arguments);
+  // Another program's HDF5 file needs what it does not state; a capture states all of it.
+  const bool is_stated = !reading.as.empty() || !reading.layout.empty();
+  if (reading.files.size() == 1 && !is_stated && is_hdf5(arguments.capture)) return run_module("inspect", &arguments);
   const ScratchFolder scratch;
+  arguments.layout = reading.layout;
+  arguments.foreign = reading.files.front();
   arguments.capture = scratch.path() / "recording.h5";
   arguments.camera.clear();
   reading.run.frames = max_frames;

@@ -4,9 +4,12 @@
 #include "config/diagnostics.hpp"
 #include "config/document.hpp"
 #include "config/log.hpp"
+#include "foreign/header_check.hpp"
+#include "foreign/series.hpp"
 #include "inspection/inspection.hpp"
 #include "io/captures/capture.hpp"
 #include "io/profile.hpp"
+#include "io/unknown.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -41,6 +44,26 @@ io::CameraPtr camera_of(const InspectArguments& arguments, const io::CaptureHead
   return camera;
 }
 
+/// Doubt about the headers of a file that a layout describes.
+std::optional<foreign::HeaderDoubt> header_doubt_of(const InspectArguments& arguments) {
+  if (arguments.layout.empty()) return std::nullopt;
+  const foreign::Layout layout = foreign::read_layout(arguments.layout);
+  if (layout.headerless.empty()) return std::nullopt;
+  try {
+    const std::vector<std::filesystem::path> files = foreign::files_of(arguments.foreign.string());
+    return foreign::header_doubt(files.front(), layout);
+  } catch (const std::runtime_error& error) {
+    throw config::ConfigurationError(fmt::format("{}: error: the file {}", arguments.name, error.what()));
+  }
+}
+
+/// Images that begin at a wrong byte make every other finding meaningless.
+void add_header_doubt(const foreign::HeaderDoubt& doubt, inspection::Inspection& result) {
+  if (doubt.mend.empty()) return result.undecided.push_back(doubt.text + ": " + doubt.evidence);
+  result.findings = {{"headers", doubt.text, doubt.evidence, doubt.mend, io::unknown, io::unknown}};
+  result.undecided = {"everything else, until the images begin where they should"};
+}
+
 int inspect(const InspectArguments& arguments) {
   if (!arguments.out.empty() && std::filesystem::exists(arguments.out) && !arguments.force)
     throw config::ConfigurationError(
@@ -54,12 +77,15 @@ int inspect(const InspectArguments& arguments) {
   if (capture->frames() == 0)
     throw config::ConfigurationError(fmt::format("{}: error: there are no frames", arguments.name));
   const io::CameraPtr camera = camera_of(arguments, capture->header());
+  const std::optional<foreign::HeaderDoubt> doubt = header_doubt_of(arguments);
   std::optional<inspection::Inspection> result;
   try {
     result.emplace(inspection::inspect(*capture, camera, arguments.name));
   } catch (const std::runtime_error& error) {
-    throw config::ConfigurationError(fmt::format("{}: error: the recording {}", arguments.name, error.what()));
+    throw config::ConfigurationError(fmt::format("{}: error: the recording {}{}", arguments.name, error.what(),
+                                                 doubt ? fmt::format("\n  {}: {}", doubt->text, doubt->mend) : ""));
   }
+  if (doubt) add_header_doubt(*doubt, *result);
   if (arguments.json)
     fmt::print("{}\n", inspection::json_of(*result).dump(2));
   else

@@ -4,6 +4,7 @@
 
 #include "config/log.hpp"
 #include "config/quantity.hpp"
+#include "foreign/header_check.hpp"
 #include "foreign/headerless_file.hpp"
 #include "foreign/readings.hpp"
 #include "foreign/series.hpp"
@@ -71,9 +72,16 @@ std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::
   } catch (const std::runtime_error& error) {
     throw ForeignError(fmt::format("{}: the file {}", path.string(), error.what()));
   }
-  if (file->rest() > 0)
+  if (file->rest() > 0) {
     warnings_.push_back(
         fmt::format("{} does not end with a whole frame: its last {} bytes are not read", path.string(), file->rest()));
+    if (channels_.empty()) {  // the first file: others have the same headers
+      const auto doubt = header_doubt(path, request_.layout);
+      if (doubt && !doubt->mend.empty())
+        warnings_.push_back(
+            fmt::format("{}: {}: {}; in the layout: {}", path.string(), doubt->text, doubt->evidence, doubt->mend));
+    }
+  }
   return std::make_shared<const ForeignFile>(path, file);
 }
 
@@ -173,6 +181,9 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
   if (array.reversed) std::ranges::reverse(axes);  // now as in memory
   source.scattered = is_scattered(axes);
+  if (source.scattered && !layout.reversed.empty())
+    throw ForeignError(fmt::format("{}: '{}' is of points in no order: they have no axes that could be reversed", where,
+                                   layout.channel));
   const std::vector<Axis> out = axes_of_channel(layout.channel, source.scattered);
   const auto extent_of = [&](Axis axis) {
     const auto at = std::ranges::find(axes, axis);
@@ -185,6 +196,10 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
     }
     std::uint64_t step = 1;
     for (auto at = std::ranges::find(out, axes[i]) + 1; at != out.end(); ++at) step *= extent_of(*at);
+    if (std::ranges::find(layout.reversed, axes[i]) != layout.reversed.end()) {
+      source.first += (array.extent[i] - 1) * step;
+      step = std::uint64_t{0} - step;
+    }
     source.steps.push_back({array.extent[i], step});
     source.elements *= array.extent[i];
   }
@@ -282,6 +297,8 @@ void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out,
            .scale = source.scale,
            .zero = source.layout.zero,
            .mask = source.layout.mask,
+           .signed_bits = source.layout.signed_bits,
+           .first = source.first,
            .invalid = source.layout.invalid,
            .is_length = is_length_channel(name) && name != "points",
            .refused = &refused_[channel],

@@ -53,6 +53,7 @@ class ForeignFrames {
     std::size_t array = 0;
     FileArray like;               // that of the first file
     std::vector<AxisStep> steps;  // without the frame axis
+    std::uint64_t first = 0;      // element of the channel that the array's first becomes
     std::size_t frame_axis = npos;
     std::uint64_t elements = 1;  // of a frame
     double scale = 1;

@@ -88,6 +88,19 @@ ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diag
       diagnostics.error(mask->value.at, fmt::format("'mask' must be a whole number, found {}", mask->value.described()),
                         "example: mask: 0x0fff");
   }
+  channel.signed_bits = static_cast<std::uint32_t>(reader.whole_number("signed_bits", "12", 0, 2, 32));
+  if (channel.mask && channel.signed_bits != 0)
+    diagnostics.error(entry.at, fmt::format("channel '{}' has 'mask' and 'signed_bits'", entry.key),
+                      "give one: signed_bits: 12 is mask: 0x0fff, with the twelfth bit as the sign");
+  if (const config::Entry* reversed = reader.take("reversed")) {
+    const auto parsed = parse_axes(joined(reversed->value));
+    if (parsed && std::ranges::all_of(*parsed, [](Axis axis) { return axis == Axis::row || axis == Axis::column; }))
+      channel.reversed = *parsed;
+    else
+      diagnostics.error(reversed->value.at,
+                        fmt::format("'reversed' must be axes of the image, found '{}'", joined(reversed->value)),
+                        "example: reversed: row column, of an image that is turned by 180 deg");
+  }
   channel.zero = reader.number("zero", "", "2048", 0);
   reader.finish();
   return channel;

@@ -31,6 +31,8 @@ struct ChannelLayout {
   std::string unit;                   ///< of a value of 1, "mm" or "0.1 mm"; empty: the file's
   std::vector<double> invalid;        ///< values that mean "no measurement", before mask, zero and unit
   std::optional<std::uint64_t> mask;  ///< bits of a value that count
+  std::uint32_t signed_bits = 0;      ///< lowest bits of a value, two's complement; 0: the type's own sign
+  std::vector<Axis> reversed;         ///< of row and column: they run the other way than in the camera
   double zero = 0;                    ///< is subtracted
 };
 

@@ -162,6 +162,8 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
   if (array.elements() == 0) refuse("the array is empty");
   if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
     refuse("has a mask, but floating-point values have no bits to choose from");
+  if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
+    refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
   if (!layout.unit.empty() && unit_of(layout.channel) != "m")
     refuse(fmt::format("has the unit '{}', but is not a length: values stay as they are", layout.unit));
 }

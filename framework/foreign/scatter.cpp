@@ -43,8 +43,9 @@ template <class T, class U> class Scatter {
       : c_(conversion), in_(in), out_(out), flags_(flags) {}
 
   void operator()(std::uint64_t from, std::uint64_t to, std::uint64_t count, std::uint64_t step) const {
+    to += c_.first;
     if constexpr (std::is_same_v<U, float>) {
-      if (step == 1 && !c_.mask && c_.invalid.empty()) return convert_run(from, to, count);
+      if (step == 1 && !c_.mask && c_.signed_bits == 0 && c_.invalid.empty()) return convert_run(from, to, count);
     }
     for (std::uint64_t i = 0; i < count; ++i) {
       const T given = element<T>(in_, from + i);
@@ -54,7 +55,7 @@ template <class T, class U> class Scatter {
         if (flags_ != nullptr) flags_[at / c_.per_pixel % c_.pixels] |= flag::invalid;
         continue;
       }
-      out_[at] = converted(masked(given));
+      out_[at] = converted(number_of(given));
     }
   }
 
@@ -94,25 +95,30 @@ template <class T, class U> class Scatter {
     if constexpr (std::is_floating_point_v<U>) return std::numeric_limits<U>::quiet_NaN();
     return U{0};
   }
-  T masked(T value) const {
+  double number_of(T value) const {
     if constexpr (std::is_integral_v<T>) {
-      if (c_.mask) return static_cast<T>(static_cast<std::uint64_t>(value) & *c_.mask);
+      if (c_.mask) return static_cast<double>(static_cast<T>(static_cast<std::uint64_t>(value) & *c_.mask));
+      if (c_.signed_bits != 0) {
+        const std::uint64_t sign = std::uint64_t{1} << (c_.signed_bits - 1);
+        const std::uint64_t bits = static_cast<std::uint64_t>(value) & (2 * sign - 1);
+        return static_cast<double>(static_cast<std::int64_t>(bits ^ sign) - static_cast<std::int64_t>(sign));
+      }
     }
-    return value;
+    return static_cast<double>(value);
   }
   void count_refused(float length) const {
     if (c_.is_length && c_.refused != nullptr) c_.refused->add(length);
   }
   bool is_invalid(T value) const {
     if (std::ranges::find(c_.invalid, static_cast<double>(value)) != c_.invalid.end()) return true;
-    const auto si = static_cast<float>((static_cast<double>(masked(value)) - c_.zero) * c_.scale);
+    const auto si = static_cast<float>((number_of(value) - c_.zero) * c_.scale);
     bool valid = !c_.is_length || is_valid_length(si);
     if constexpr (std::is_floating_point_v<T>) valid = valid && std::isfinite(value);
     if (!valid) count_refused(si);
     return !valid;
   }
-  U converted(T value) const {
-    const double shifted = static_cast<double>(value) - c_.zero;
+  U converted(double value) const {
+    const double shifted = value - c_.zero;
     if constexpr (std::is_floating_point_v<U>) return static_cast<U>(shifted * c_.scale);
     if (!(shifted >= static_cast<double>(std::numeric_limits<U>::min()) &&
           shifted <= static_cast<double>(std::numeric_limits<U>::max()) && shifted == std::floor(shifted)))

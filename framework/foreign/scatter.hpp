@@ -12,7 +12,7 @@
 
 namespace tofgraph::foreign {
 
-/// Axis of an array in memory: its size, and the step of the output per element.
+/// Axis of an array in memory: its size, and the step of the output per element, modulo 2^64 where it runs backwards.
 struct AxisStep {
   std::uint64_t extent = 1, step = 0;
 };
@@ -22,6 +22,8 @@ struct Conversion {
   std::uint32_t type = TOFGRAPH_TYPE_F32;   ///< of the channel: F32, U16, I16, I32
   double scale = 1, zero = 0;               ///< (value - zero) scale; F32 only has a scale
   std::optional<std::uint64_t> mask;        ///< bits that count, of integers
+  std::uint32_t signed_bits = 0;            ///< lowest bits that are a number in two's complement; 0: all, as they are
+  std::uint64_t first = 0;                  ///< element of the output that the first of the input becomes
   std::span<const double> invalid;          ///< values that mean "no measurement"
   bool is_length = false;                   ///< zero and negative values mean it as well
   io::RefusedLengths* refused = nullptr;    ///< counts such lengths, null: not; those of `invalid` do not count

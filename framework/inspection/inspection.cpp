@@ -4,6 +4,7 @@
 
 #include "config/log.hpp"
 #include "config/quantity.hpp"
+#include "inspection/orders.hpp"
 #include "io/profile.hpp"
 #include "io/unknown.hpp"
 
@@ -35,17 +36,6 @@ double median_length(const Observation& o) {
 }
 
 std::string millimetres(double length) { return fmt::format("{:.3g} mm", 1e3 * length); }
-
-void add_order(Inspection& result) {
-  const auto& other = result.observation.other_order;
-  if (!other) return;
-  Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
-  f.text = "the raw images are not in the stated order, or have other phases";
-  f.evidence = other->why;
-  f.mend = other->exposures.empty() ? "no order that fits was found: see docs/formats/profile.md, Exposures"
-                                    : "exposures: " + io::exposures_yaml(other->exposures);
-  result.findings.push_back(f);
-}
 
 /// Factor by which the lengths seem to be wrong: 1, 1000 or 0.001.
 double add_unit(Inspection& result) {
@@ -197,10 +187,10 @@ Inspection inspect(const io::CaptureReader& capture, const io::CameraPtr& camera
   Inspection result;
   result.name = name;
   result.observation = observe(capture, camera);
-  add_order(result);
+  const bool is_decided = add_order(result, capture);
   const double scale = add_unit(result);
-  if (!result.observation.other_order || !result.observation.other_order->exposures.empty())
-    add_flatness(result, scale);
+  if (is_decided) add_flatness(result, scale);
+  add_amplitude_orientation(result);
   add_pixel_findings(result);
   return result;
 }

@@ -42,6 +42,9 @@ Inspection inspect(const io::CaptureReader& capture, const io::CameraPtr& camera
 /// Findings about single pixels: bad ones, stripes, distance that depends on the amplitude, saturation.
 void add_pixel_findings(Inspection& inspection);
 
+/// Finding that the recorded amplitude is mirrored or turned against the lengths. (amplitude_orientation.cpp)
+void add_amplitude_orientation(Inspection& inspection);
+
 /// For people.
 std::string text_of(const Inspection& inspection);
 nlohmann::json json_of(const Inspection& inspection);

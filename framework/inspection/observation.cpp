@@ -119,6 +119,7 @@ class Frames {
     o.channel = o.decoded ? "distance" : lengths_ == "points" ? "depth" : lengths_;
     const tofgraph_camera& camera = o.camera->view();
     exposures_ = capture.header().exposures.empty() ? physics::exposures_of(camera) : capture.header().exposures;
+    o.stated = exposures_;
     frequency_ = capture.metadata(0).modulation_frequency;
     if (!(frequency_ > 0)) frequency_ = camera.modulation_frequency;
     o.integration_time = capture.metadata(0).integration_time;
@@ -141,7 +142,13 @@ class Frames {
     some.light = camera.gain > 0 && o_.integration_time > 0 ? camera.gain * o_.integration_time : 0;
     o_.other_order = io::other_order(some, exposures_);
     if (o_.other_order && !o_.other_order->exposures.empty()) exposures_ = o_.other_order->exposures;
+    o_.exposures = exposures_;
+    for (const physics::Exposures& order : io::turned_orders(exposures_)) {
+      const bool decoded_so = o_.possible_orders.empty() && !o_.other_order;
+      if (decoded_so || !io::is_contradicted_by_light(some, order)) o_.possible_orders.push_back(order);
+    }
   }
+  void set_order(const physics::Exposures& exposures) { o_.exposures = exposures_ = exposures; }
 
   /// Lengths and amplitudes of a frame.
   std::vector<double> lengths(std::size_t frame, std::vector<double>& amplitude) const {
@@ -187,7 +194,8 @@ class Frames {
 
 }  // namespace
 
-Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std::size_t max_frames) {
+Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std::size_t max_frames,
+                    const physics::Exposures* exposures) {
   Observation o;
   o.camera = std::move(camera);
   o.width = capture.header().width;
@@ -198,7 +206,10 @@ Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std:
                                          view.name, view.width, view.height));
   o.frames = std::min(capture.frames(), max_frames);
   Frames frames(capture, o);
-  frames.find_order();
+  if (exposures != nullptr)
+    frames.set_order(*exposures);
+  else
+    frames.find_order();
   std::vector<Moments> moments(o.pixels());
   const double share = 1.0 / static_cast<double>(o.frames * o.pixels());
   bool with_amplitude = true;

@@ -32,14 +32,19 @@ struct Observation {
   std::vector<double> deviation;  ///< standard deviation over time; NaN: fewer than four frames
   std::vector<double> amplitude;  ///< mean, counts; empty: not recorded
   Shares shares;
-  std::optional<io::OtherOrder> other_order;  ///< exposures that fit the raw images better than those stated
+  std::optional<io::OtherOrder> other_order;        ///< exposures that fit the raw images better than those stated
+  physics::Exposures stated;                        ///< exposures of the recording, or of the profile
+  physics::Exposures exposures;                     ///< that the raw images were decoded with
+  std::vector<physics::Exposures> possible_orders;  ///< turns of these that the light does not contradict, them first
 
   std::size_t pixels() const { return width * height; }
 };
 
 /// Reads up to `max_frames` frames. Raw images are decoded, with the better order of the exposures where one was found.
 /// @param camera null: that of the capture's profile
+/// @param exposures with which raw images are decoded instead; null: the stated ones, or better ones
 /// @throws std::runtime_error when the capture has no lengths and no raw images, or another size than the camera
-Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std::size_t max_frames = 32);
+Observation observe(const io::CaptureReader& capture, io::CameraPtr camera, std::size_t max_frames = 32,
+                    const physics::Exposures* exposures = nullptr);
 
 }  // namespace tofgraph::inspection

@@ -28,7 +28,13 @@ struct OrderFit {
   double white = 0;       ///< median of the reflectivity implied by the light; 0: unknown
 
   double misfit() const { return rest + incoherent; }
+  // Within a part of the image: surfaces of any brightness may stand one behind the other.
+  bool is_deep() const { return spread > 0.1; }
+  bool rises() const { return is_deep() && rising > 0.5; }
+  bool is_steep() const { return is_deep() && falling > 0.5 && slope < -4.5; }
 };
+
+constexpr double max_white = 1.5;  ///< reflectivity that the light may need
 
 double quantile(std::vector<double>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -133,7 +139,7 @@ std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& sam
   }
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > 1.5) continue;
+    if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > max_white) continue;
     if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // on ties the first
   }
   if (!best) return std::nullopt;
@@ -213,6 +219,13 @@ std::vector<Exposures> best_orders(const OrderSamples& samples, const std::vecto
 
 }  // namespace
 
+std::vector<Exposures> turned_orders(const Exposures& exposures) { return all_turned({exposures}); }
+
+bool is_contradicted_by_light(const OrderSamples& samples, const Exposures& exposures) {
+  const OrderFit fit = order_fit(samples, exposures);
+  return fit.rises() || fit.white > max_white;
+}
+
 std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposures& exposures) {
   if (samples.pixels.size() < 128) return std::nullopt;
   const OrderFit now = order_fit(samples, exposures);
@@ -221,19 +234,15 @@ std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposur
     const auto likely = best_orders(samples, other_orders(exposures));
     // The opposite sign fits equally well: it is used only if light increases with the distance without it.
     auto best = best_order(samples, all_turned(likely, {1.0}));
-    if (best && best->second.spread > 0.1 && best->second.rising > 0.5) best = best_order(samples, all_turned(likely));
+    if (best && best->second.rises()) best = best_order(samples, all_turned(likely));
     const std::string why = "its samples do not fit each other, as if images or taps were swapped";
     if (best && best->second.misfit() < 0.4 * now.misfit() && best->second.rest < fitting_rest &&
         best->second.incoherent < fitting_incoherence)
       return OtherOrder{why, best->first};
     return now.rest > 0.3 ? std::optional(OtherOrder{why, {}}) : std::nullopt;
   }
-  // Evaluated within image cells, because surfaces at different distances may have any reflectivity.
-  const bool deep = now.spread > 0.1;
-  const bool rises = deep && now.rising > 0.5;
-  const bool steep = deep && now.falling > 0.5 && now.slope < -4.5;
-  const bool too_white = deep && now.white > 1.5;
-  if (!rises && !steep && !too_white) {
+  const bool too_white = now.is_deep() && now.white > max_white;
+  if (!now.rises() && !now.is_steep() && !too_white) {
     if (!(now.white > 4)) return std::nullopt;
     return OtherOrder{"it would have to be " + short_number(std::round(now.white)) +
                           " times brighter than white, as if taps or images were swapped, the phases turned the "
@@ -242,7 +251,7 @@ std::optional<OtherOrder> other_order(const OrderSamples& samples, const Exposur
   }
   const auto best = best_order(samples, all_turned({exposures}));
   if (!best || best->second.scatter > 0.5 * now.scatter) return std::nullopt;
-  const char* seen = rises       ? "brighter surfaces appear farther away"
+  const char* seen = now.rises() ? "brighter surfaces appear farther away"
                      : too_white ? "it would have to be brighter than white"
                                  : "light decreases too fast with the distance";
   const bool reversed =

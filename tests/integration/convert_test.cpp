@@ -250,6 +250,45 @@ TEST_F(Convert, AFileWithoutAHeaderIsReadAsItsLayoutSays) {
   }
 }
 
+/// Twelve bits in two's complement below four bits of status, and an amplitude whose image is turned by 180 degrees.
+TEST_F(Convert, SignedBitsAndReversedAxesAreReadAsALayoutSays) {
+  const auto sample = [](std::size_t k, std::size_t pixel) {
+    return static_cast<int>(pixel * 85 % 4096) - 2048 + (pixel == 0 ? static_cast<int>(k) : 0);
+  };
+  std::string dump;
+  const auto add = [&dump](unsigned word) {
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  };
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t p = 0; p < small_pixels; ++p) add((static_cast<unsigned>(sample(k, p)) & 0xfffU) | p % 16 << 12U);
+  for (std::size_t p = 0; p < small_pixels; ++p) add(static_cast<unsigned>(100 + p));
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& phases, const std::string& intensity) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [4, 6, 8]}\n"
+               "  grey: {type: uint16, shape: [6, 8]}\nchannels:\n  phases: {array: raw, axes: exposure row column" +
+                   phases + "}\n  intensity: {array: grey, " + intensity + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  const Outcome outcome = layout(", signed_bits: 12", "axes: row column, reversed: row column");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<std::int32_t> phases = frames<std::int32_t>("phases");
+  for (std::size_t i = 0; i < phases.size(); ++i) ASSERT_EQ(phases[i], sample(i / small_pixels, i % small_pixels)) << i;
+  std::vector<float> grey = frames<float>("intensity");
+  for (std::size_t p = 0; p < small_pixels; ++p)
+    EXPECT_EQ(grey[p], static_cast<float>(100 + small_pixels - 1 - p)) << p;
+  ASSERT_EQ(layout(", signed_bits: 12", "axes: row column, reversed: column").exit_code, 0);
+  grey = frames<float>("intensity");
+  for (std::size_t p = 0; p < small_pixels; ++p)
+    EXPECT_EQ(grey[p], static_cast<float>(100 + p / 8 * 8 + 7 - p % 8)) << p;
+  EXPECT_THAT(layout(", signed_bits: 12, mask: 0x0fff", "axes: row column").err,
+              HasSubstr("has 'mask' and 'signed_bits'"));
+  EXPECT_THAT(layout(", signed_bits: 20", "axes: row column").err,
+              HasSubstr("signed_bits: 20, but its values are uint16"));
+  EXPECT_THAT(layout("", "axes: row column, reversed: tap").err, HasSubstr("'reversed' must be axes of the image"));
+}
+
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
   if (!python("np.save('six.npy', np.full((6, 6, 8), 1500, dtype='u2'))\n"
               "np.save('one.npy', np.full((6, 8), 1500, dtype='u2'))\n"

@@ -9,6 +9,7 @@
 
 #include <opencv2/calib3d.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -47,7 +48,17 @@ struct InspectedPlane {
 };
 using InspectedScene = std::vector<InspectedPlane>;
 
-enum class Mistake { none, range_for_depth, millimetres, k1_missing, k1_sign, mirrored, turned, swapped_phases };
+enum class Mistake {
+  none,
+  range_for_depth,
+  millimetres,
+  k1_missing,
+  k1_sign,
+  mirrored,
+  turned,
+  swapped_phases,
+  reversed_phases
+};
 
 /// Writes recordings.
 class InspectedRecording {
@@ -57,12 +68,13 @@ class InspectedRecording {
     make_ranges();
   }
 
-  /// @param channel depth or range; `phases` for Mistake::swapped_phases
+  /// @param channel depth or range; `phases` for Mistake::swapped_phases and reversed_phases, which exchange the images
+  /// of 90 and 180, and of 90 and 270 degrees
   void write(const std::filesystem::path& file, Mistake mistake, std::string channel = "depth") {
     std::array<double, 5> stated = camera_.k;
     if (mistake == Mistake::k1_missing) stated = {};
     if (mistake == Mistake::k1_sign) stated[0] = -stated[0];
-    if (mistake == Mistake::swapped_phases) channel = "phases";
+    if (mistake == Mistake::swapped_phases || mistake == Mistake::reversed_phases) channel = "phases";
     io::CaptureHeader header;
     header.camera = "inspected";
     header.width = camera_.width;
@@ -80,6 +92,7 @@ class InspectedRecording {
       std::vector<float> values, amplitude;
       make_frame(mistake, channel, values, amplitude);
       for (std::size_t i = 0; i < amplitude.size() && change; ++i) change(i, frame, values[i], amplitude[i]);
+      if (turned_amplitude) std::reverse(amplitude.begin(), amplitude.end());
       std::vector<tofgraph_view> views = {view(channels[0], values.data())};
       if (!raw) views.push_back(view(channels[1], amplitude.data()));
       tofgraph_metadata metadata{};
@@ -94,6 +107,10 @@ class InspectedRecording {
     writer.finish();
   }
 
+  /// True: the amplitude image is rotated by 180 deg relative to the lengths.
+  bool turned_amplitude = false;
+  bool patches = true;  ///< areas of another reflectivity
+  double falloff = 0;   ///< power of the cosine from the axis with which the lamp gets weaker
   /// Perturbation of depth and amplitude of each pixel: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
 
@@ -157,15 +174,18 @@ class InspectedRecording {
       if (mistake == Mistake::mirrored) from = i / w * w + w - 1 - i % w;
       if (mistake == Mistake::turned) from = n - 1 - i;
       const double range = ranges_[from];
-      const double patch = (from % w / 23 + from / w / 19) % 2 == 0 ? 1.0 : 0.7;
-      const double expected = 1000 * patch / (range * range), sigma = noise_ * std::sqrt(1000 / expected);
+      const double patch = !patches || (from % w / 23 + from / w / 19) % 2 == 0 ? 1.0 : 0.7;
+      const double expected = 1000 * patch * std::pow(cosines_[from], falloff) / (range * range),
+                   sigma = noise_ * std::sqrt(1000 / expected);
       amplitude[i] = static_cast<float>(expected + std::sqrt(expected) * normal(random_));
       if (channel == "phases") {
         const double half_path = range + focal / cosines_[from] / 2 + 0;  // the lamp is at the lens, to 0.01 mm
         const double psi = 4 * M_PI * camera_.frequency * half_path / light;
         const double scatter = sigma * 4 * M_PI * camera_.frequency / light * expected * std::sqrt(2.0);
         for (std::size_t k = 0; k < 4; ++k) {
-          const std::size_t image = mistake != Mistake::swapped_phases ? k : k == 1 ? 2 : k == 2 ? 1 : k;
+          std::size_t image = k;
+          if (mistake == Mistake::swapped_phases) image = k == 1 ? 2 : k == 2 ? 1 : k;
+          if (mistake == Mistake::reversed_phases) image = (4 - k) % 4;
           values[image * n + i] = static_cast<float>(expected * std::cos(psi + static_cast<double>(k) * M_PI / 2) +
                                                      scatter * normal(random_));
         }

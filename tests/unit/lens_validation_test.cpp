@@ -6,8 +6,9 @@
 // lens model.
 #include <gtest/gtest.h>
 
+#include "calibration/corners.hpp"
 #include "calibration/lens_validation.hpp"
-#include "tests/unit/lens_truth.hpp"
+#include "tests/unit/lens_images.hpp"
 
 #include <array>
 #include <cmath>
@@ -183,6 +184,34 @@ TEST(LensJudgement, TheSuggestedViewHelpsMoreThanOthers) {
   for (const test::TruePose& pose : random) others += mean_sd({pose}) / 8;
   std::printf("suggested %.4f px, others %.4f px on the average\n", suggested, others);
   EXPECT_LT(suggested, others);
+}
+
+/// The suggested view can be taken: the board is seen from the front, and its pattern is found in the image.
+TEST(LensJudgement, TheSuggestedViewShowsAPatternThatIsFound) {
+  test::TrueScene wide;
+  wide.lens = {.fx = 71.3, .fy = 70.8, .k1 = 0.03, .k2 = 0, .p1 = 0, .p2 = 0, .fisheye = true};
+  wide.board.square = 0.06;
+  wide.poses = test::true_poses(wide.lens, wide.board, 8);
+  test::TrueScene usual = scene_of({});
+  usual.poses.resize(8);
+  for (const test::TrueScene& scene : {usual, wide}) {
+    Observations seen = scene.observed(corner_noise, 0);
+    seen.fisheye = scene.lens.fisheye;
+    const NextView next = suggest_view(seen, solve_lens(seen, {.warp = false}));
+    ASSERT_TRUE(next.found);
+    const Eigen::AngleAxisd turn(Eigen::AngleAxisd(next.tilt[1], Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(next.tilt[0], Eigen::Vector3d::UnitX()));
+    const test::TruePose pose{turn.angle() * turn.axis(), {next.centre[0], next.centre[1], next.centre[2]}};
+    const Eigen::Vector3d normal = turn.toRotationMatrix().col(2);
+    for (const BoardPoint& p : seen.points)
+      EXPECT_GT(normal.dot(pose.camera({p.x, p.y, 0}).normalized()), 0.3) << "seen from behind, or at a grazing angle";
+    const test::Light light{.noise = 3};
+    const Image image =
+        test::rendered(test::subpixel_rays(scene.lens, 204), 204, pose, test::chessboard(scene.board, light), light, 1);
+    const BoardSearch search = find_board(image, {scene.board.columns, scene.board.rows, scene.board.square});
+    EXPECT_TRUE(search.found()) << search.reason << " at " << next.pixel[0] << ", " << next.pixel[1] << " px, "
+                                << next.centre[2] << " m, tilted by " << next.tilt[0] << ", " << next.tilt[1];
+  }
 }
 
 }  // namespace

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Orientation of a recorded amplitude against the lengths: edges of depth are edges of the amplitude, too.
+#include "inspection/inspection.hpp"
+
+#include "io/unknown.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace tofgraph::inspection {
+namespace {
+
+constexpr std::size_t min_edges = 100;  ///< pixels
+constexpr double min_jump = 0.03;       ///< of the length, from one side of a pixel to the other
+constexpr double min_score = 0.8;       ///< mean rank of the amplitude's steps at edges of depth; by chance 0.5
+constexpr double max_stated_score = 0.65;
+
+/// Difference of a function of the pixels on both sides of one, along rows or columns, the larger one.
+template <class Value> double step_at(const Observation& o, std::size_t i, const Value& value) {
+  const double along = std::abs(value(i + 1) - value(i - 1)),
+               across = std::abs(value(i + o.width) - value(i - o.width));
+  return std::isfinite(along) && std::isfinite(across) ? std::max(along, across) : io::unknown;
+}
+
+/// Pixels without those at the border.
+std::vector<std::size_t> inner_pixels(const Observation& o) {
+  std::vector<std::size_t> inner;
+  for (std::size_t row = 1; row + 1 < o.height; ++row)
+    for (std::size_t column = 1; column + 1 < o.width; ++column) inner.push_back(row * o.width + column);
+  return inner;
+}
+
+/// Rank of each pixel's relative step of the amplitude, 0 to 1; NaN: not known.
+std::vector<double> ranks_of(const Observation& o) {
+  std::vector<double> steps(o.pixels(), io::unknown), ranks = steps;
+  std::vector<std::size_t> order;
+  for (const std::size_t i : inner_pixels(o)) {
+    steps[i] =
+        step_at(o, i, [&](std::size_t k) { return o.amplitude[k] > 0 ? std::log(o.amplitude[k]) : io::unknown; });
+    if (std::isfinite(steps[i])) order.push_back(i);
+  }
+  std::ranges::sort(order, {}, [&](std::size_t i) { return steps[i]; });
+  for (std::size_t k = 0; k < order.size(); ++k)
+    ranks[order[k]] = static_cast<double>(k) / static_cast<double>(order.size());
+  return ranks;
+}
+
+std::vector<std::size_t> edges_of(const Observation& o, double noise) {
+  std::vector<std::size_t> edges;
+  for (const std::size_t i : inner_pixels(o)) {
+    const double step = step_at(o, i, [&](std::size_t k) { return o.length[k]; });
+    if (step > min_jump * o.length[i] + 8 * noise) edges.push_back(i);
+  }
+  return edges;
+}
+
+/// Mean rank of the amplitude at the edges, if its image is to be turned so.
+double score_of(const Observation& o, const std::vector<std::size_t>& edges, const std::vector<double>& ranks,
+                const Orientation& orientation) {
+  const double middle_x = static_cast<double>(o.width - 1) / 2, middle_y = static_cast<double>(o.height - 1) / 2;
+  const std::array<int, 4>& m = orientation.matrix;
+  double sum = 0, count = 0;
+  for (const std::size_t i : edges) {
+    const double x = static_cast<double>(i % o.width) - middle_x, y = static_cast<double>(i / o.width) - middle_y;
+    const auto column = static_cast<std::size_t>(std::lround(m[0] * x + m[1] * y + middle_x));
+    const auto row = static_cast<std::size_t>(std::lround(m[2] * x + m[3] * y + middle_y));
+    const double rank = ranks[row * o.width + column];
+    if (!std::isfinite(rank)) continue;
+    sum += rank;
+    ++count;
+  }
+  return count >= static_cast<double>(min_edges) ? sum / count : 0;
+}
+
+/// Keys of a layout that turn the amplitude.
+std::string layout_keys(const Orientation& orientation) {
+  const std::array<int, 4>& m = orientation.matrix;
+  const bool exchanged = m[0] == 0;
+  const bool columns = exchanged ? m[2] < 0 : m[0] < 0, rows = exchanged ? m[1] < 0 : m[3] < 0;
+  std::string text = exchanged ? "axes: column row" : "";
+  if (columns || rows)
+    text += fmt::format("{}reversed: {}", text.empty() ? "" : ", ", !rows ? "column" : !columns ? "row" : "row column");
+  return text;
+}
+
+}  // namespace
+
+void add_amplitude_orientation(Inspection& result) {
+  const Observation& o = result.observation;
+  if (o.decoded || o.amplitude.empty() || o.width < 3 || o.height < 3) return;
+  const double noise = std::isfinite(result.surfaces.pixel_noise) ? result.surfaces.pixel_noise : 0;
+  const std::vector<std::size_t> edges = edges_of(o, noise);
+  if (edges.size() < min_edges || 5 * edges.size() > o.pixels()) {
+    result.undecided.emplace_back("the orientation of the amplitude against the lengths: too few edges of depth");
+    return;
+  }
+  const std::vector<double> ranks = ranks_of(o);
+  const double stated = score_of(o, edges, ranks, {});
+  Orientation best;
+  double score = 0;
+  for (const Orientation& orientation : other_orientations(o.width == o.height)) {
+    const double found = score_of(o, edges, ranks, orientation);
+    if (found <= score) continue;
+    best = orientation;
+    score = found;
+  }
+  if (stated > max_stated_score || score < min_score) return;
+  result.findings.push_back(
+      {"amplitude_orientation",
+       fmt::format("the amplitude is {} against the lengths",
+                   std::string_view(best.mirror) == "none"
+                       ? fmt::format("turned by {} deg", 360 - best.turn)
+                       : fmt::format("mirrored{}", best.turn != 0 ? " and turned" : "")),
+       fmt::format(
+           "at the {} pixels of edges of depth the steps of the amplitude have a mean rank of {:.2f} as stated, "
+           "{:.2f} so; by chance 0.5",
+           edges.size(), stated, score),
+       fmt::format("in the layout, channel amplitude: {}", layout_keys(best)), io::unknown, io::unknown});
+}
+
+}  // namespace tofgraph::inspection

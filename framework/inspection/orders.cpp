@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "inspection/orders.hpp"
+
+#include "config/quantity.hpp"
+#include "io/unknown.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <tofgraph/physics/robust.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tofgraph::inspection {
+namespace {
+
+constexpr std::size_t frames_of_reading = 4;
+constexpr double min_order_gain = 25;           ///< of chi-square, of one order over another
+constexpr double min_order_explained = 0.9;     ///< share of the mean square deviation that another order explains
+constexpr double min_order_deviation = 0.0006;  ///< of the length: walls are seldom flatter
+constexpr double min_order_cover = 0.5;         ///< pixels in planes over those of the order with the most
+
+/// The recording decoded with one order.
+struct Reading {
+  physics::Exposures exposures;
+  double length = 0;   ///< m, median
+  double covered = 0;  ///< pixels in planes; the size of the blocks depends on the length
+  Flatness flatness;
+
+  double count() const { return static_cast<double>(flatness.count); }
+  /// Misfit of a block, 1 for planes with the expected noise.
+  double misfit() const { return flatness.chi2 / std::max(count(), 1.0); }
+};
+
+Reading reading_of(const io::CaptureReader& capture, const Observation& decoded, const physics::Exposures& order) {
+  const Observation o = observe(capture, decoded.camera, frames_of_reading, &order);
+  std::vector<double> lengths;
+  std::ranges::copy_if(o.length, std::back_inserter(lengths), [](double length) { return std::isfinite(length); });
+  const FlatnessTest test(o, surfaces_of(o));
+  return {order, lengths.empty() ? io::unknown : physics::median(lengths),
+          static_cast<double>(test.surfaces().blocks.size() * test.surfaces().side * test.surfaces().side),
+          test(test.stated())};
+}
+
+/// Readings under which the planes are about as flat as under the best one; all of them where there are no planes.
+std::vector<Reading> flat_readings(const std::vector<Reading>& readings) {
+  double most = 0, least = 1e9;
+  for (const Reading& r : readings) most = std::max(most, r.covered);
+  if (most == 0) return readings;
+  const auto judged = [most](const Reading& r) { return r.covered >= min_order_cover * most; };
+  for (const Reading& r : readings)
+    if (judged(r)) least = std::min(least, std::max(r.misfit(), 1.0));  // below 1 there is only tolerance
+  std::vector<Reading> flat;
+  std::ranges::copy_if(readings, std::back_inserter(flat), [&](const Reading& r) {
+    return judged(r) &&
+           ((r.misfit() - least) * r.count() < min_order_gain || r.flatness.rms < min_order_deviation * r.length);
+  });
+  return flat;
+}
+
+bool same(const physics::Exposures& a, const physics::Exposures& b) {
+  return io::exposures_yaml(a) == io::exposures_yaml(b);
+}
+
+/// Returns whether two images were exchanged, or the taps, and nothing else.
+bool is_simple(const physics::Exposures& order, const physics::Exposures& stated) {
+  return std::abs(std::sin(order[0].phase - stated[0].phase)) < 1e-6;
+}
+
+std::string lines_of(const std::vector<Reading>& readings, const physics::Exposures& stated) {
+  std::vector<std::string> lines;
+  for (const Reading& r : readings)
+    lines.push_back(fmt::format("exposures: {} ({}{})", io::exposures_yaml(r.exposures),
+                                config::format_quantity(std::round(1e3 * r.length) / 1e3, "m"),
+                                same(r.exposures, stated) ? ", as stated" : ""));
+  return fmt::format("{}", fmt::join(lines, " or "));
+}
+
+void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
+  result.undecided.push_back(fmt::format(
+      "the order of the raw images: {}; the median length is in brackets. A known distance decides: measure that of "
+      "one "
+      "point, or record the scene again from a known step farther away: lengths must rise by the step, and the "
+      "amplitude must fall",
+      lines_of(flat, result.observation.stated)));
+}
+
+/// The stated order is wrong: by the samples, or by their light.
+bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat) {
+  const auto& other = *result.observation.other_order;
+  Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
+  f.text = "the raw images are not in the stated order, or have other phases";
+  f.evidence = other.why;
+  if (flat.empty()) {
+    f.mend = "no order that fits was found: see docs/formats/profile.md, Exposures";
+  } else if (flat.size() == 1) {
+    f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
+    if (flat[0].flatness.count > 0)
+      f.evidence += "; the only order that is possible by its light and keeps planes flat";
+    if (!same(flat[0].exposures, result.observation.exposures))
+      result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
+  } else {
+    f.mend = "cannot be decided from this scene: " + lines_of(flat, result.observation.stated);
+    add_open_order(result, flat);
+  }
+  result.findings.push_back(f);
+  return flat.size() == 1;
+}
+
+/// The stated order fits the samples. Another one may be the only one that keeps planes flat.
+void add_flatter_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat,
+                       const Reading& stated) {
+  const bool stated_fits =
+      std::ranges::any_of(flat, [&](const Reading& r) { return same(r.exposures, stated.exposures); });
+  if (stated_fits) {
+    if (flat.size() > 1) add_open_order(result, flat);
+    return;
+  }
+  if (flat.size() != 1 || stated.flatness.count == 0) return;
+  const double least = flat[0].flatness.rms, now = stated.flatness.rms, explained = 1 - least * least / (now * now);
+  if (now < min_order_deviation * stated.length || explained < min_order_explained) return;
+  Finding f{.kind = "exposures", .size = now, .explained = explained};
+  f.text = "the raw images are not in the stated order, or have other phases";
+  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm so, at {}", 1e3 * now,
+                           config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
+                           config::format_quantity(std::round(1e3 * flat[0].length) / 1e3, "m"));
+  f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
+  result.findings.push_back(f);
+  result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
+}
+
+}  // namespace
+
+bool add_order(Inspection& result, const io::CaptureReader& capture) {
+  const Observation& o = result.observation;
+  if (!o.decoded) return true;
+  std::vector<Reading> readings;
+  for (const physics::Exposures& order : o.possible_orders) {
+    if (o.other_order || is_simple(order, o.exposures)) readings.push_back(reading_of(capture, o, order));
+  }
+  std::vector<Reading> flat = flat_readings(readings);
+  const bool planes = std::ranges::any_of(flat, [](const Reading& r) { return r.flatness.count > 0; });
+  if (!planes && o.other_order && o.other_order->exposures.empty()) flat.clear();
+  const auto is_stated = [&o](const Reading& r) { return same(r.exposures, o.stated); };
+  if (o.other_order && !(planes && std::ranges::any_of(flat, is_stated))) return add_wrong_order(result, capture, flat);
+  if (o.other_order) {  // a lamp that is weaker towards the corners of the image
+    const Reading stated = *std::ranges::find_if(flat, is_stated);
+    result.observation = observe(capture, o.camera, 32, &stated.exposures);
+    add_flatter_order(result, capture, flat, stated);
+    return true;
+  }
+  if (!readings.empty() && readings[0].flatness.count > 0) add_flatter_order(result, capture, flat, readings[0]);
+  return true;
+}
+
+}  // namespace tofgraph::inspection

@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Rooms: inspection foreign plugins
+// Layouts of headerless files: headers of the wrong size are found, words of twelve signed bits are read.
+#include <gmock/gmock.h>
+
+#include "tests/integration/inspected_scenes.hpp"
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+using namespace tofgraph::tests;
+using nlohmann::json;
+using testing::HasSubstr;
+
+namespace {
+
+const InspectedCamera camera{176, 144, 160, 160.5, 83.0, 76.1, {-0.33, 0.13, 0, 0.001, 0}, 45e-6, 40e6};
+constexpr std::size_t frame_count = 6;
+
+/// Sizes of the headers in a file, or in a layout. Bytes.
+struct Headers {
+  std::size_t file = 64, frame = 16, image = 0;
+};
+
+class InspectLayout : public testing::Test {
+ protected:
+  std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
+
+  /// A dump of depths in millimetres, uint16; four times the same image a frame where images have headers of their own.
+  std::string dump(const Headers& headers, const InspectedScene& scene, double noise = 0.002) const {
+    InspectedRecording recording(camera, scene, noise, 5);
+    std::string bytes(headers.file, 'h');
+    for (std::size_t frame = 0; frame < frame_count; ++frame) {
+      bytes += std::string(headers.frame, static_cast<char>(frame));
+      const std::string payload = recording.npy().substr(128);
+      if (headers.image == 0) {
+        bytes += payload;
+        continue;
+      }
+      for (const char image : {'a', 'b', 'c', 'd'}) bytes += std::string(headers.image, image) + payload;
+    }
+    return bytes;
+  }
+  void write_layout(const Headers& headers, const std::string& byte_order = "little") const {
+    write_text(path("camera.yaml"), camera.profile(camera.k));
+    std::string text = "layout: 1\ncamera: ./camera.yaml\nfile_header: " + std::to_string(headers.file) +
+                       "\nframe_header: " + std::to_string(headers.frame) +
+                       "\narrays:\n  words: {type: uint16, byte_order: " + byte_order + ", shape: [144, 176]}\n";
+    write_text(path("layout.yaml"), text + "channels:\n  depth: {array: words, axes: row column, unit: mm}\n");
+  }
+  json inspected(const std::string& bytes) const {
+    write_text(path("dump.bin"), bytes);
+    const Outcome outcome = shell("$TOFGRAPH inspect dump.bin --layout layout.yaml --json", folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out);
+  }
+  /// Expects the mend of wrong headers, and none once it is applied.
+  void expect_mend(const std::string& bytes, const Headers& stated, const Headers& right,
+                   const std::string& mend) const {
+    write_layout(stated);
+    const json result = inspected(bytes);
+    ASSERT_FALSE(result["findings"].empty()) << mend << result;
+    EXPECT_EQ(result["findings"][0]["kind"], "headers") << result;
+    EXPECT_EQ(result["findings"][0]["mend"], mend) << result;
+    const Outcome converted = shell("$TOFGRAPH convert dump.bin -o a.h5 --layout layout.yaml --force", folder_.path());
+    EXPECT_THAT(converted.err, HasSubstr("in the layout: " + mend));
+    write_layout(right);
+    EXPECT_TRUE(inspected(bytes)["findings"].empty());
+  }
+
+  TemporaryFolder folder_;
+};
+
+InspectedPlane plane(double x, double y, double z, double distance) {
+  const double norm = std::sqrt(x * x + y * y + z * z);
+  return {{x / norm, y / norm, z / norm}, distance};
+}
+
+const InspectedScene slanted = {plane(0.5, -0.3, 1, 1.4)};
+const InspectedScene two_walls = {plane(0.8, 0.2, 1, 1.6), plane(-0.9, 0.1, 1, 1.5)};
+
+TEST_F(InspectLayout, AFrameHeaderOfAnotherSizeIsFoundWithTheOneThatFits) {
+  for (const InspectedScene& scene : {slanted, two_walls}) {
+    for (const std::size_t frame : {0U, 15U, 17U, 48U, 352U}) {
+      const Headers right{64, frame, 0};
+      expect_mend(dump(right, scene), {64, 16, 0}, right, "frame_header: " + std::to_string(frame));
+    }
+  }
+}
+
+TEST_F(InspectLayout, AFileHeaderOfAnotherSizeIsFoundWithTheOneThatFits) {
+  for (const std::size_t file : {0U, 32U, 63U, 65U, 128U, 400U}) {
+    const Headers right{file, 16, 0};
+    expect_mend(dump(right, slanted), {64, 16, 0}, right, "file_header: " + std::to_string(file));
+  }
+}
+
+TEST_F(InspectLayout, BothHeadersOfOtherSizesAreFound) {
+  const Headers right{80, 24, 0};
+  expect_mend(dump(right, slanted), {64, 16, 0}, right, "frame_header: 24, file_header: 80");
+}
+
+TEST_F(InspectLayout, RightHeadersAreNotDoubtedWhereARecordingWasInterrupted) {
+  for (const InspectedScene& scene : {slanted, two_walls, InspectedScene{plane(0, 0, 1, 1.5)}}) {
+    for (const double noise : {0.001, 0.02}) {
+      const Headers right;
+      const std::string bytes = dump(right, scene, noise);
+      write_layout(right);
+      EXPECT_TRUE(inspected(bytes)["findings"].empty());
+      for (const std::size_t missing : {1U, 20U, 500U, 30000U, 50600U}) {
+        const json result = inspected(bytes.substr(0, bytes.size() - missing));
+        EXPECT_TRUE(result["findings"].empty()) << missing << result;
+        EXPECT_THAT(result["undecided"].dump(), HasSubstr("does not end with a whole frame")) << missing;
+      }
+    }
+  }
+}
+
+TEST_F(InspectLayout, AFlatSceneCannotDecideOnTheHeaders) {
+  const Headers right{64, 48, 0};
+  write_layout({64, 16, 0});
+  const json result = inspected(dump(right, {plane(0, 0, 1, 1.5)}, 0.02));
+  EXPECT_THAT(result["undecided"].dump(), HasSubstr("does not end with a whole frame")) << result;
+}
+
+/// Four images a frame, each with a header: the last one shows whether they or the frame have the longer one.
+TEST_F(InspectLayout, HeadersOfImagesAreToldFromThoseOfFrames) {
+  write_layout({});
+  const std::vector<std::pair<Headers, std::string>> cases = {{{64, 16, 24}, "image_header: 24 of 'words'"},
+                                                              {{64, 64, 12}, "frame_header: 64"}};
+  for (const auto& [headers, mend] : cases) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./camera.yaml\nfile_header: 64\nframe_header: 16\narrays:\n"
+               "  words: {type: uint16, shape: [4, 144, 176], image_header: 12}\n"
+               "channels:\n  phases: {array: words, axes: exposure row column}\n");
+    write_text(path("dump.bin"), dump(headers, slanted));
+    const Outcome outcome = shell("$TOFGRAPH convert dump.bin -o a.h5 --layout layout.yaml --force", folder_.path());
+    EXPECT_THAT(outcome.err, HasSubstr("in the layout: " + mend + "\n")) << outcome.err;
+  }
+}
+
+}  // namespace

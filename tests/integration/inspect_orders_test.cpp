@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+// Rooms: inspection io physics
+// Exchanged raw images, and an amplitude that is turned: found where the scene decides, named as open where it does
+// not.
+#include <gmock/gmock.h>
+
+#include "tests/integration/inspected_scenes.hpp"
+#include "tests/program.hpp"
+
+#include <nlohmann/json.hpp>
+
+using namespace tofgraph::tests;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+
+namespace {
+
+InspectedPlane plane(double x, double y, double z, double distance) {
+  const double norm = std::sqrt(x * x + y * y + z * z);
+  return {{x / norm, y / norm, z / norm}, distance};
+}
+
+/// An unambiguous range of 6.246 m, a quarter of which is 1.56 m.
+constexpr double frequency = 24e6;
+const InspectedCamera wide{176, 144, 160, 160.5, 83.0, 76.1, {-0.33, 0.13, 0, 0.001, 0}, 45e-6, frequency};
+const InspectedCamera narrow{176, 144, 1900, 1900, 87.5, 71.5, {}, 45e-6, frequency};
+constexpr const char* right_order = "exposures: [{phase: 0 deg}, {phase: 270 deg}, {phase: 180 deg}, {phase: 90 deg}]";
+
+class InspectOrders : public testing::Test {
+ protected:
+  json inspected(const InspectedCamera& camera, const InspectedScene& scene, Mistake mistake, double noise = 0.002,
+                 double falloff = 0) const {
+    InspectedRecording recording(camera, scene, noise, 3);
+    recording.patches = false;
+    recording.falloff = falloff;
+    recording.write(folder_.path() / "a.h5", mistake, "phases");
+    const Outcome outcome = shell("$TOFGRAPH inspect a.h5 --json", folder_.path());
+    std::filesystem::remove(folder_.path() / "a.h5");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(InspectOrders, AWallBeforeAWideLensShowsTheRightOrder) {
+  for (const InspectedScene& scene : {InspectedScene{plane(0.5, -0.3, 1, 1.4)}, InspectedScene{plane(0, 0, 1, 1.4)},
+                                      InspectedScene{plane(0, 0, 1, 2.6)}, InspectedScene{plane(0.2, 0.3, 1, 2.2)}}) {
+    for (const double falloff : {0.0, 3.0, 8.0}) {  // a lamp that gets weaker mimics another distance
+      SCOPED_TRACE(testing::Message() << scene[0].normal[0] << " " << scene[0].offset << " m, falloff " << falloff);
+      const json result = inspected(wide, scene, Mistake::reversed_phases, 0.002, falloff);
+      ASSERT_FALSE(result["findings"].empty()) << result;
+      EXPECT_EQ(result["findings"][0]["kind"], "exposures") << result;
+      EXPECT_EQ(result["findings"][0]["mend"], right_order) << result;
+      EXPECT_TRUE(inspected(wide, scene, Mistake::none, 0.002, falloff)["findings"].empty());
+    }
+  }
+}
+
+TEST_F(InspectOrders, AUniformWallBeforeANarrowLensCannotDecide) {
+  for (const double noise : {0.002, 0.01}) {
+    const json result = inspected(narrow, {plane(0.02, 0.01, 1, 1.4)}, Mistake::reversed_phases, noise);
+    EXPECT_EQ(result["findings"].dump().find("exposures"), std::string::npos) << result;
+    // The true 1.4 m is among the candidates, as are those of the other exchanges.
+    EXPECT_THAT(result["undecided"].dump(),
+                AllOf(HasSubstr("the order of the raw images"), HasSubstr(std::string(right_order) + " (1.44"),
+                      HasSubstr("(4.80"), HasSubstr("as stated"), HasSubstr("A known distance decides")))
+        << result;
+  }
+}
+
+/// Where brighter surfaces appear farther away the stated order is wrong; which of the others is right stays open.
+TEST_F(InspectOrders, ASlantedWallBeforeANarrowLensNamesTheCandidates) {
+  const json result = inspected(narrow, {plane(0, 1, 0.08, 0.112)}, Mistake::reversed_phases);
+  ASSERT_FALSE(result["findings"].empty()) << result;
+  const std::string mend = result["findings"][0]["mend"];
+  EXPECT_THAT(mend, HasSubstr(right_order)) << result;
+  if (mend != right_order) {
+    EXPECT_THAT(mend, HasSubstr("cannot be decided from this scene"));
+    EXPECT_THAT(result["undecided"].dump(), HasSubstr("A known distance decides"));
+  }
+}
+
+TEST_F(InspectOrders, ATurnedAmplitudeIsFoundByTheEdgesOfDepth) {
+  InspectedPlane board = plane(-0.4, 0.35, 1, 0);
+  board.middle = {0.15, -0.1, 0.9};
+  board.offset =
+      board.normal[0] * board.middle[0] + board.normal[1] * board.middle[1] + board.normal[2] * board.middle[2];
+  board.half = 0.2;
+  for (const bool turned : {false, true}) {
+    for (const double noise : {0.001, 0.006}) {
+      InspectedRecording recording(wide, {board, plane(0.25, -0.15, 1, 2.9)}, noise, 4);
+      recording.turned_amplitude = turned;
+      recording.write(folder_.path() / "a.h5", Mistake::none);
+      const json result = json::parse(shell("$TOFGRAPH inspect a.h5 --json", folder_.path()).out);
+      std::filesystem::remove(folder_.path() / "a.h5");
+      EXPECT_EQ(result["findings"].size(), turned ? 1U : 0U) << result;
+      if (!turned || result["findings"].empty()) continue;
+      EXPECT_EQ(result["findings"][0]["kind"], "amplitude_orientation") << result;
+      EXPECT_EQ(result["findings"][0]["text"], "the amplitude is turned by 180 deg against the lengths");
+      EXPECT_EQ(result["findings"][0]["mend"], "in the layout, channel amplitude: reversed: row column");
+    }
+  }
+}
+
+}  // namespace
