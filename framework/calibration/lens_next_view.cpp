@@ -14,9 +14,9 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double margin = 3;                     ///< px, from corners to the image border
-constexpr double min_spacing = 4;                ///< px between corners, needed to find the pattern
-constexpr double min_facing = 0.34202014332567;  ///< cosine of 70 deg, between a ray and the board's normal
+constexpr double margin = 3;        ///< px, from corners to the image border
+constexpr double min_spacing = 6;   ///< px between corners; 4 are enough to find the pattern in images without noise
+constexpr double min_facing = 0.5;  ///< cosine between a ray and the board's normal: beyond 60 deg corners merge
 
 /// Returns true if the pattern would be found with its points at these pixels: inside the image with half a square
 /// around each, and far enough apart.
