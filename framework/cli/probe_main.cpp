@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET, tofgraph-probe arrays FILE: reads untrusted files
-// and writes errors to standard output. If HDF5 crashes or loops, only this process is affected. tofgraph-probe captures
-// FILE...: forks cheaply for each file; writes the indices of the readable ones, counted from 0.
+// and writes errors to standard output. If HDF5 crashes or loops, only this process is affected. tofgraph-probe
+// captures FILE...: forks cheaply for each file; writes the indices of the readable ones, counted from 0.
 #include "io/captures/array_file.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_map.hpp"
