@@ -38,7 +38,12 @@ void print_array(const ForeignFile& file, std::size_t index) {
   fmt::print("  {:<20} {:<8} {:<18}", array.name.empty() ? "(one array)" : array.name, element_text(array),
              shape_text(array));
   if (array.elements() == 0) return fmt::print(" empty\n");
-  const ValueRange range = range_of(file, index);
+  ValueRange range;
+  try {
+    range = range_of(file, index);
+  } catch (const ForeignError& error) {  // others can be read
+    return fmt::print(" {}\n", error.what());
+  }
   if (range.found) fmt::print(" {:.6g} to {:.6g}", range.low, range.high);
   fmt::print("{}, {:.0f} % zeros", range.found ? "" : " nothing above 0", 100 * range.zeros);
   if (range.negative > 0) fmt::print(", {:.2g} % negative", 100 * range.negative);
@@ -66,8 +71,13 @@ void print_layout(const ForeignFile& file) {
   }
   for (std::size_t i = 0; i < file.arrays().size(); ++i) {
     const FileArray& array = file.arrays()[i];
-    const ValueRange range = range_of(file, i);
-    if (!range.found || array.extent.size() < 2) continue;
+    if (array.extent.size() < 2) continue;
+    ValueRange range;
+    try {
+      range = range_of(file, i);
+    } catch (const ForeignError&) {  // reported beside the array
+    }
+    if (!range.found) continue;
     fmt::print("\nIf '{}' is a length, its values are\n", array.name);
     for (const std::string& line : unit_readings(range)) fmt::print("  {}\n", line);
   }

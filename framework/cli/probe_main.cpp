@@ -1,8 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET: reads untrusted files and writes what is
-// wrong to standard output. If HDF5 crashes or loops, only this dies. tofgraph-probe captures FILE...: each in a
-// process of its own, which is cheap here; writes the numbers of those that can be read, counted from 0.
+// tofgraph-probe capture FILE END, tofgraph-probe map FILE DATASET, tofgraph-probe arrays FILE: reads untrusted files
+// and writes what is wrong to standard output. If HDF5 crashes or loops, only this dies. tofgraph-probe captures
+// FILE...: each in a process of its own, which is cheap here; writes the numbers of those that can be read, counted
+// from 0.
+#include "io/captures/array_file.hpp"
 #include "io/captures/capture.hpp"
 #include "io/captures/capture_map.hpp"
 
@@ -40,6 +42,8 @@ int main(int argc, char** argv) {
       for (int i = 2; i < argc; ++i) {
         if (can_be_read(argv[i])) std::printf("%d ", i - 2);
       }
+    else if (kind == "arrays" && argc == 3)
+      tofgraph::io::ArrayFile::read_on_trial(argv[2]);
     else if (kind == "map" && argc == 4)
       tofgraph::io::read_pixel_map_on_trial(argv[2], argv[3]);
     else

@@ -42,6 +42,7 @@ void csv(std::string_view bytes) { foreign_file("a.csv", bytes); }
 void pcd(std::string_view bytes) { foreign_file("a.pcd", bytes); }
 void ply(std::string_view bytes) { foreign_file("a.ply", bytes); }
 void bag(std::string_view bytes) { foreign_file("a.bag", bytes); }
+void hdf5(std::string_view bytes) { foreign_file("a.hdf5", bytes); }
 void mcap(std::string_view bytes) { foreign_file("a.mcap", bytes); }
 
 /// Raw bytes under a fixed layout, as frames of a small camera: headers, byte order, masks and codes.
@@ -92,6 +93,7 @@ std::vector<Target> recording_targets() {
           {"ply", "PLY clouds", ply},
           {"bag", "ROS 1 bags", bag},
           {"mcap", "MCAP recordings", mcap},
+          {"hdf5", "HDF5 files of other programs", hdf5},
           {"raw_dump", "headerless dumps under a layout", raw_dump},
           {"capture", "captures (HDF5)", capture}};
 }

@@ -5,6 +5,7 @@
 // Files of every format with bytes changed, cut and inserted at random: each is read, or is one error. Meant for the
 // address sanitizer; TOFGRAPH_MUTATIONS is the number of files per format (default 400).
 #include <gtest/gtest.h>
+#include <hdf5.h>
 
 #include "foreign/foreign_file.hpp"
 #include "plugins/sinks/mcap_file.hpp"
@@ -83,6 +84,7 @@ class DamagedRecordings : public testing::TestWithParam<std::string> {
       return {"a.ply", "b.ply"};
     }
     if (format == "mcap") return mcap_seeds();
+    if (format == "hdf5") return hdf5_seeds();
     const auto run =
         tests::shell("/usr/bin/python3 seeds.py",
                      (write_text(path("seeds.py"), format == "bag" ? rosbag_seeds : python_seeds), folder_.path()));
@@ -90,6 +92,25 @@ class DamagedRecordings : public testing::TestWithParam<std::string> {
     if (format == "bag") return {"a.bag", "b.bag", "c.bag"};
     if (format == "csv") return {"a.csv"};
     return {"a." + format, "b." + format};
+  }
+
+  /// As it is, and in compressed chunks.
+  std::vector<std::string> hdf5_seeds() const {
+    const std::vector<std::uint16_t> values(96, 1500);
+    const hsize_t extent[] = {2, 6, 8}, chunk[] = {1, 6, 8};
+    for (const char* name : {"a.h5", "b.h5"}) {
+      const hid_t file = H5Fcreate(path(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+      const hid_t space = H5Screate_simple(3, extent, nullptr), creation = H5Pcreate(H5P_DATASET_CREATE);
+      if (name[0] == 'b') H5Pset_chunk(creation, 3, chunk);
+      if (name[0] == 'b') H5Pset_deflate(creation, 4);
+      const hid_t data = H5Dcreate2(file, "depth", H5T_STD_U16LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+      H5Dwrite(data, H5T_NATIVE_UINT16, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+      H5Dclose(data);
+      H5Pclose(creation);
+      H5Sclose(space);
+      H5Fclose(file);
+    }
+    return {"a.h5", "b.h5"};
   }
 
   std::vector<std::string> mcap_seeds() const {
@@ -196,7 +217,7 @@ TEST_P(DamagedRecordings, AreReadOrAreOneError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, DamagedRecordings,
-                         testing::Values("npy", "npz", "mat", "picture", "csv", "pcd", "ply", "bag", "mcap"),
+                         testing::Values("npy", "npz", "mat", "picture", "csv", "pcd", "ply", "bag", "mcap", "hdf5"),
                          [](const auto& about) { return about.param; });
 
 }  // namespace

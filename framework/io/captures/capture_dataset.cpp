@@ -161,32 +161,33 @@ std::int64_t integer_attribute(hid_t object, const char* name) {
   return static_cast<std::int64_t>(value);
 }
 
-Dataset::Dataset(hid_t group, std::string name, std::uint64_t end) : name_(std::move(name)), end_(end) {
+Dataset::Dataset(hid_t group, std::string name, std::uint64_t end, const std::string& folder)
+    : name_(std::move(name)), where_(folder + name_), end_(end) {
   const Handle access(H5Pcreate(H5P_DATASET_ACCESS), H5Pclose);
-  dataset_ = Handle(check(H5Dopen2(group, name_.c_str(), access), "/frames/" + name_ + " cannot be opened"), H5Dclose);
-  space_ = Handle(check(H5Dget_space(dataset_), "/frames/" + name_), H5Sclose);
-  type_ = Handle(check(H5Dget_type(dataset_), "/frames/" + name_), H5Tclose);
+  dataset_ = Handle(check(H5Dopen2(group, name_.c_str(), access), where_ + " cannot be opened"), H5Dclose);
+  space_ = Handle(check(H5Dget_space(dataset_), where_), H5Sclose);
+  type_ = Handle(check(H5Dget_type(dataset_), where_), H5Tclose);
   const int rank = H5Sget_simple_extent_ndims(space_);
   if (rank < 1 || rank > max_rank) fail(fmt::format("has {} dimensions, expected 1 to {}", rank, max_rank));
   size_.resize(static_cast<std::size_t>(rank));
-  check(H5Sget_simple_extent_dims(space_, size_.data(), nullptr), "/frames/" + name_);
+  check(H5Sget_simple_extent_dims(space_, size_.data(), nullptr), where_);
   check_storage();
   std::vector<hsize_t> one = size_;
   one[0] = 1;
   frame_space_ = Handle(H5Screate_simple(rank, one.data(), nullptr), H5Sclose);
 }
 
-void Dataset::fail(const std::string& why) const { throw std::runtime_error(fmt::format("/frames/{} {}", name_, why)); }
+void Dataset::fail(const std::string& why) const { throw std::runtime_error(fmt::format("{} {}", where_, why)); }
 
 void Dataset::check_storage() {
-  const Handle creation(check(H5Dget_create_plist(dataset_), "/frames/" + name_), H5Pclose);
+  const Handle creation(check(H5Dget_create_plist(dataset_), where_), H5Pclose);
   if (H5Pget_external_count(creation) != 0 || H5Pget_layout(creation) == H5D_VIRTUAL) fail("is stored in another file");
   if (const std::string missing = missing_filter(dataset_); !missing.empty()) fail(missing);
   const std::uint64_t frame = product(product(size_, 1), H5Tget_size(type_));
   if (frame > max_frame) fail(fmt::format("is {}: such frames are not read", described()));
   if (H5Pget_layout(creation) != H5D_CHUNKED) return;
   chunk_.resize(size_.size());
-  check(H5Pget_chunk(creation, static_cast<int>(chunk_.size()), chunk_.data()), "/frames/" + name_);
+  check(H5Pget_chunk(creation, static_cast<int>(chunk_.size()), chunk_.data()), where_);
   const std::uint64_t bytes = product(product(chunk_, 0), H5Tget_size(type_));
   if (bytes == 0 || bytes > std::max<std::uint64_t>(max_chunk, frame)) {
     fail(fmt::format("is stored in chunks of {}, {} bytes each, expected one chunk per frame: h5repack can change that",
@@ -228,7 +229,7 @@ std::size_t Dataset::stored_frames(bool all) const {
   std::uint64_t stored = 0;
   if (!chunk_.empty()) {
     hsize_t chunks = 0;
-    check(H5Dget_num_chunks(dataset_, space_, &chunks), "/frames/" + name_ + ": its chunks cannot be found");
+    check(H5Dget_num_chunks(dataset_, space_, &chunks), where_ + ": its chunks cannot be found");
     std::uint64_t a_slab = 1;  // chunks that hold the same frames
     for (std::size_t i = 1; i < size_.size(); ++i) a_slab = product(a_slab, (size_[i] + chunk_[i] - 1) / chunk_[i]);
     stored = std::min<std::uint64_t>(size_[0], product(chunks / std::max<std::uint64_t>(a_slab, 1), chunk_[0]));
@@ -323,6 +324,18 @@ void Dataset::check_chunk(hsize_t frame) const {
   const std::uint64_t plain = product(product(chunk_, 0), H5Tget_size(type_));
   const std::uint64_t most = plain + plain / 8 + 4096;  // more than deflate ever adds
   if (stored > most) throw std::runtime_error(fmt::format("announces {} bytes for {}", stored, plain));
+}
+
+void Dataset::read_range(std::uint64_t first, std::uint64_t count, hid_t memory, void* data) const {
+  std::vector<hsize_t> size = size_;
+  size[0] = count;
+  const Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
+  try {
+    for (std::uint64_t at = first; !chunk_.empty() && at < first + count; at += chunk_[0]) check_chunk(at);
+    read(first, count, space, memory, data);
+  } catch (const std::exception& problem) {
+    fail(problem.what());
+  }
 }
 
 void Dataset::read_frame(std::size_t frame, hid_t memory, void* data) const {

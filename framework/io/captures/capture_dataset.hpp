@@ -26,8 +26,10 @@ std::int64_t integer_attribute(hid_t object, const char* name);
 class Dataset {
  public:
   /// @param end bytes that are left of a file that was cut off
+  /// @param folder for messages
   /// @throws std::runtime_error also for what would make the reader follow other files or take much memory
-  Dataset(hid_t group, std::string name, std::uint64_t end = CaptureReader::not_cut);
+  Dataset(hid_t group, std::string name, std::uint64_t end = CaptureReader::not_cut,
+          const std::string& folder = "/frames/");
 
   const std::string& name() const { return name_; }
   /// The announced number.
@@ -45,6 +47,11 @@ class Dataset {
   std::string text() const;
   void read_first(std::size_t frames, hid_t memory, void* data) const;
   void read_frame(std::size_t frame, hid_t memory, void* data) const;
+  /// Elements first .. first + count - 1 of the slowest axis. @throws std::runtime_error
+  void read_range(std::uint64_t first, std::uint64_t count, hid_t memory, void* data) const;
+  hid_t type() const { return type_; }
+  hid_t id() const { return dataset_; }
+  const std::vector<hsize_t>& size() const { return size_; }
 
  private:
   void read(hsize_t first, hsize_t frames, hid_t frames_space, hid_t memory, void* data) const;
@@ -56,7 +63,7 @@ class Dataset {
   std::string described() const;
   [[noreturn]] void fail(const std::string& why) const;
 
-  std::string name_;
+  std::string name_, where_;
   std::uint64_t end_;
   Handle dataset_, space_, type_, frame_space_;
   std::vector<hsize_t> size_;   // frames first

@@ -187,8 +187,11 @@ void CaptureReader::Impl::read_header() {
   if (h5::text_attribute(h5, "format") == "tofgraph-statistics")
     throw std::runtime_error("holds statistics of a capture, which only diagnose reads: give the campaign of captures");
   if (h5::text_attribute(h5, "format") != layout::format) {
-    throw std::runtime_error(fmt::format("is HDF5, but not a capture: its attribute format is '{}', expected '{}'",
-                                         h5::text_attribute(h5, "format"), layout::format));
+    throw std::runtime_error(
+        fmt::format("is HDF5, but not a capture: its attribute format is '{}', expected '{}'; "
+                    "--as CHANNEL=DATASET or a layout says what its datasets are: tofgraph "
+                    "convert --inspect FILE lists them",
+                    h5::text_attribute(h5, "format"), layout::format));
   }
   const std::int64_t version = h5::integer_attribute(h5, "version");
   if (version > layout::version)

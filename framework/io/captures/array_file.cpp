@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#include "io/captures/array_file.hpp"
+
+#include "config/paths.hpp"
+#include "config/process_limits.hpp"
+#include "io/captures/capture_dataset.hpp"
+#include "io/captures/capture_guard.hpp"
+#include "io/captures/capture_hdf5.hpp"
+#include "io/captures/capture_layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace tofgraph::io {
+namespace {
+
+constexpr std::size_t max_objects = 4096;
+constexpr int max_array_rank = 5;
+constexpr double max_slice = 2147483648.0;  // bytes, of one element of the slowest axis
+
+/// Paths of the datasets of this very file.
+std::vector<std::string> paths_in(hid_t file) {
+  std::vector<std::string> paths;
+  const auto visit = [](hid_t, const char* name, const H5O_info_t* object, void* list) {
+    auto& found = *static_cast<std::vector<std::string>*>(list);
+    if (object->type == H5O_TYPE_DATASET) found.emplace_back(name);
+    return herr_t{found.size() > max_objects ? -1 : 0};
+  };
+  h5::check(H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &paths, H5O_INFO_BASIC),
+            "is damaged: its datasets cannot be listed");
+  std::ranges::sort(paths);
+  return paths;
+}
+
+/// Element of an array as it is read; nothing: no number.
+std::optional<FileArray> element_of(hid_t type) {
+  FileArray array;
+  const auto bytes = static_cast<std::uint32_t>(H5Tget_size(type));
+  const H5T_class_t kind = H5Tget_class(type);
+  if (kind == H5T_FLOAT && (bytes == 2 || bytes == 4 || bytes == 8)) {
+    array.bytes = std::max(bytes, 4U);  // HDF5 converts half precision
+    return array;
+  }
+  if (kind != H5T_INTEGER || (bytes != 1 && bytes != 2 && bytes != 4 && bytes != 8)) return std::nullopt;
+  array.kind = H5Tget_sign(type) == H5T_SGN_NONE ? TOFGRAPH_ELEMENT_UNSIGNED : TOFGRAPH_ELEMENT_SIGNED;
+  array.bytes = bytes;
+  return array;
+}
+
+hid_t memory_type_of(const FileArray& array) {
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return array.bytes == 4 ? H5T_NATIVE_FLOAT : H5T_NATIVE_DOUBLE;
+  const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  switch (array.bytes) {
+    case 1:
+      return is_signed ? H5T_NATIVE_INT8 : H5T_NATIVE_UINT8;
+    case 2:
+      return is_signed ? H5T_NATIVE_INT16 : H5T_NATIVE_UINT16;
+    case 4:
+      return is_signed ? H5T_NATIVE_INT32 : H5T_NATIVE_UINT32;
+    default:
+      return is_signed ? H5T_NATIVE_INT64 : H5T_NATIVE_UINT64;
+  }
+}
+
+/// The attribute `unit` or `units`; empty where there is none, or it is no text.
+std::string unit_of(hid_t dataset) {
+  for (const char* name : {"unit", "units"}) {
+    try {
+      if (std::string unit = h5::text_attribute(dataset, name); !unit.empty()) return unit;
+    } catch (const std::runtime_error&) {  // of another kind
+      H5Eclear2(H5E_DEFAULT);
+    }
+  }
+  return {};
+}
+
+/// Root attribute `format` of files of this program; empty: none that is a text.
+std::string own_format(hid_t file) {
+  try {
+    return h5::text_attribute(file, "format");
+  } catch (const std::runtime_error&) {
+    H5Eclear2(H5E_DEFAULT);
+    return {};
+  }
+}
+
+}  // namespace
+
+struct ArrayFile::Impl {
+  h5::Handle file;
+  std::vector<std::optional<h5::Dataset>> datasets;  // none: what array.text says
+  std::vector<FileArray> arrays;
+  std::vector<bool> whole;  // all announced values are stored
+
+  void load(const std::filesystem::path& path) {
+    const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+    h5::check(H5Pset_file_locking(access, true, true), "file locking");
+    file = h5::Handle(h5::check(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), "cannot be opened as HDF5"), H5Fclose);
+    if (own_format(file) == layout::format)
+      throw std::runtime_error("is a capture of this program already: it is used as it is, without a conversion");
+    for (const std::string& name : paths_in(file)) add(name);
+    if (arrays.empty()) throw std::runtime_error("has no dataset that is an array of numbers");
+  }
+
+  void add(const std::string& name) {
+    const std::string damaged = "is damaged: '" + name + "'";
+    const h5::Handle opened(h5::check(H5Dopen2(file, name.c_str(), H5P_DEFAULT), damaged), H5Dclose);
+    const h5::Handle type(h5::check(H5Dget_type(opened), damaged), H5Tclose);
+    const h5::Handle space(h5::check(H5Dget_space(opened), damaged), H5Sclose);
+    std::optional<FileArray> array = element_of(type);
+    const int rank = H5Sget_simple_extent_ndims(space);
+    if (!array || rank < 1 || rank > max_array_rank || H5Sget_simple_extent_npoints(space) <= 0) return;
+    std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
+    h5::check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), damaged);
+    array->extent.assign(extent.begin(), extent.end());
+    double slice = array->bytes;
+    for (std::size_t axis = 1; axis < extent.size(); ++axis) slice *= static_cast<double>(extent[axis]);
+    if (slice > max_slice) return;
+    array->name = name;
+    array->text = "HDF5";
+    array->unit = unit_of(opened);
+    std::optional<h5::Dataset> dataset;
+    try {
+      dataset.emplace(file, name, CaptureReader::not_cut, "has a dataset that cannot be read: ");
+    } catch (const std::runtime_error& problem) {  // other datasets can be read
+      H5Eclear2(H5E_DEFAULT);
+      array->text = problem.what();
+    }
+    datasets.push_back(std::move(dataset));
+    arrays.push_back(std::move(*array));
+    whole.push_back(false);
+  }
+
+  void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) {
+    const std::optional<h5::Dataset>& dataset = datasets[array];
+    if (!dataset) throw std::runtime_error(arrays[array].text);
+    if (!whole[array]) dataset->stored_frames(true);
+    whole[array] = true;
+    dataset->read_range(first, count, memory_type_of(arrays[array]), out);
+  }
+};
+
+ArrayFile::ArrayFile(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
+  run_trial_once(file, {config::trial_program(), "arrays", file.string()});
+  const h5::Lock lock;
+  impl_->load(file);
+}
+
+ArrayFile::~ArrayFile() {
+  const h5::Lock lock;
+  impl_.reset();
+}
+
+const std::vector<FileArray>& ArrayFile::arrays() const { return impl_->arrays; }
+
+void ArrayFile::read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const {
+  const h5::Lock lock;
+  impl_->read(array, first, count, out);
+}
+
+void ArrayFile::read_on_trial(const std::filesystem::path& file) {
+  constexpr std::size_t memory = 256U << 20U, max_file = 512U << 20U;  // bytes, beside twice the file's size
+  constexpr std::uint64_t max_tried = 64U << 20U;                      // bytes of an array that is tried
+  constexpr unsigned seconds = 10;                                     // of the processor
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  config::limit_process({memory + 2 * std::min<std::size_t>(error ? 0 : size, max_file), seconds});
+  const h5::Lock lock;
+  Impl trial;
+  trial.load(file);
+  std::vector<std::uint8_t> slice;
+  for (std::size_t i = 0; i < trial.arrays.size(); ++i) {
+    const FileArray& array = trial.arrays[i];
+    const std::uint64_t bytes = array.elements() / array.extent[0] * array.bytes;
+    if (bytes > max_tried || !trial.datasets[i]) continue;
+    slice.resize(bytes);
+    for (const std::uint64_t at : {std::uint64_t{0}, array.extent[0] - 1})
+      trial.datasets[i]->read_range(at, 1, memory_type_of(array), slice.data());
+  }
+}
+
+}  // namespace tofgraph::io
