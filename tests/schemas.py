@@ -103,7 +103,7 @@ EXAMPLES = {
                  for kind in ["chessboard", "circles", "asymmetric_circles"]] +
                 [{"camera": "camcube2", "conditions": [],
                   "pattern": {"type": "charuco", "dictionary": "4x4_50", **PATTERN}}],
-    "layout": [{"channels": {**{channel: {} for channel in CHANNELS}, "depth": {"axes": ["row"]}},
+    "layout": [{"channels": {**{channel: {} for channel in CHANNELS}, "depth": {"axes": ["row"], "reversed": ["row"]}},
                 "arrays": {"raw": {"type": "uint8", "byte_order": "big", "shape": [4, 4]}},
                 **{key: {"array": "a", "unit": "s"} for key in PER_FRAME}}],
 }

@@ -99,7 +99,7 @@ ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diag
     else
       diagnostics.error(reversed->value.at,
                         fmt::format("'reversed' must be axes of the image, found '{}'", joined(reversed->value)),
-                        "example: reversed: row column, of an image that is turned by 180 deg");
+                        "names: row, column; example: reversed: row column, of an image that is turned by 180 deg");
   }
   channel.zero = reader.number("zero", "", "2048", 0);
   reader.finish();
