@@ -14,9 +14,9 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double margin = 3;                     ///< px, of corners to the image's edge
-constexpr double min_spacing = 4;                ///< px between corners, as the search for the pattern needs it
-constexpr double min_facing = 0.34202014332567;  ///< cosine of 70 deg, between a ray and the board's normal
+constexpr double margin = 3;        ///< px, of corners to the image's edge
+constexpr double min_spacing = 6;   ///< px between corners: 4 are enough for the search in images without noise
+constexpr double min_facing = 0.5;  ///< cosine between a ray and the board's normal: beyond 60 deg corners run together
 
 /// Returns whether the pattern would be found at these places of its points: inside the image with half a square beyond
 /// each, and far enough apart.

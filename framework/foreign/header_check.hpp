@@ -18,9 +18,9 @@ struct HeaderDoubt {
   std::string mend;      ///< the lines of the layout; empty: the content of the file does not determine them
 };
 
-/// Examines a file that is no whole number of its layout's frames. The true length of a frame is the distance at which
-/// the bytes of successive frames match best; the true start of an image is where the step from the end of a row to the
-/// next one stands out. Without a doubt where no bytes are left over.
+/// Examines a file that does not end with a whole frame of its layout. The true length of a frame is the distance at
+/// which the bytes of successive frames match best; the true start of an image is where the step from the end of a row
+/// to the next one stands out. Without a doubt where no bytes are left over.
 /// @throws std::runtime_error a file that cannot be read, as the end of a sentence about it
 std::optional<HeaderDoubt> header_doubt(const std::filesystem::path& file, const Layout& layout);
 

@@ -65,7 +65,7 @@ hid_t memory_type_of(const FileArray& array) {
   }
 }
 
-/// The attribute `unit` or `units`; empty where there is none, or it is no text.
+/// The attribute `unit` or `units`; empty where there is none, or it is not a text.
 std::string unit_of(hid_t dataset) {
   for (const char* name : {"unit", "units"}) {
     try {
