@@ -185,4 +185,35 @@ TEST(LensJudgement, TheSuggestedViewHelpsMoreThanOthers) {
   EXPECT_LT(suggested, others);
 }
 
+/// The suggested view can be taken: the board is seen from the front, with its outer squares inside the image.
+TEST(LensJudgement, TheSuggestedViewShowsTheWholeBoardFromTheFront) {
+  test::TrueScene wide;
+  wide.lens = {.fx = 71.3, .fy = 70.8, .k1 = 0.03, .k2 = 0, .p1 = 0, .p2 = 0, .fisheye = true};
+  wide.board.square = 0.06;
+  wide.poses = test::true_poses(wide.lens, wide.board, 8);
+  test::TrueScene usual = scene_of({});
+  usual.poses.resize(8);
+  for (const test::TrueScene& scene : {usual, wide}) {
+    Observations seen = scene.observed(corner_noise, 0);
+    seen.fisheye = scene.lens.fisheye;
+    const NextView next = suggest_view(seen, solve_lens(seen, {.warp = false}));
+    ASSERT_TRUE(next.found);
+    const Eigen::AngleAxisd turn(Eigen::AngleAxisd(next.tilt[1], Eigen::Vector3d::UnitY()) *
+                                 Eigen::AngleAxisd(next.tilt[0], Eigen::Vector3d::UnitX()));
+    const test::TruePose pose{turn.angle() * turn.axis(), {next.centre[0], next.centre[1], next.centre[2]}};
+    const Eigen::Vector3d normal = turn.toRotationMatrix().col(2);
+    const double x = (scene.board.columns + 1) / 2.0 * scene.board.square,
+                 y = (scene.board.rows + 1) / 2.0 * scene.board.square;
+    for (const double along : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+      for (const double across : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+        const Eigen::Vector3d at = pose.camera({along * x, across * y, 0});
+        const Eigen::Vector2d pixel = scene.lens.image(at);
+        EXPECT_GT(normal.dot(at.normalized()), 0.5) << "from behind, or at a grazing angle";
+        EXPECT_GT(pixel.minCoeff(), 0) << pixel;
+        EXPECT_LT(pixel.maxCoeff(), 203) << pixel;
+      }
+    }
+  }
+}
+
 }  // namespace
