@@ -14,20 +14,38 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double margin = 3;        ///< px, from corners to the image border
-constexpr double min_spacing = 6;   ///< px between corners; 4 are enough to find the pattern in images without noise
-constexpr double min_facing = 0.5;  ///< cosine between a ray and the board's normal: beyond 60 deg corners merge
+constexpr double margin = 3;         ///< px, from the board to the image border
+constexpr double min_spacing = 6;    ///< px between corners; the detector needs 4
+constexpr double min_facing = 0.64;  ///< cosine between a ray and the normal of the board: 50 deg
 
-/// Returns true if the pattern would be found with its points at these pixels: inside the image with half a square
-/// around each, and far enough apart.
-bool is_visible(const Observations& observations, const std::vector<Eigen::Vector2d>& pixels) {
-  const Eigen::Vector2d last(static_cast<double>(observations.width) - 1, static_cast<double>(observations.height) - 1);
-  for (const Eigen::Vector2d& pixel : pixels) {
-    double spacing = 1e9;
-    for (const Eigen::Vector2d& other : pixels)
-      if (&other != &pixel) spacing = std::min(spacing, (other - pixel).norm());
-    const double inside = std::min(pixel.minCoeff(), (last - pixel).minCoeff());
-    if (spacing < min_spacing || inside < std::max(margin, spacing / 2)) return false;
+bool is_inside(const Observations& o, const Eigen::Vector2d& pixel) {
+  return pixel.minCoeff() > margin && pixel.x() < static_cast<double>(o.width) - 1 - margin &&
+         pixel.y() < static_cast<double>(o.height) - 1 - margin;
+}
+
+/// Returns true if points are far enough apart to be distinguished from their neighbours.
+bool are_apart(const std::vector<Eigen::Vector2d>& pixels) {
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k)
+      if ((pixels[i] - pixels[k]).norm() < min_spacing) return false;
+  return true;
+}
+
+/// Returns true if the board is in the image with the squares around its points, which detectors need.
+bool is_whole(const Observations& observations, const LensSolution& solution, const Pose& pose) {
+  double square = 1e9, x = 0, y = 0;
+  for (const BoardPoint& p : observations.points) {
+    const BoardPoint& first = observations.points.front();
+    if (&p != &first) square = std::min(square, std::hypot(p.x - first.x, p.y - first.y));
+    x = std::max(x, std::abs(p.x));
+    y = std::max(y, std::abs(p.y));
+  }
+  for (const double along : {-1.0, 0.0, 1.0}) {
+    for (const double across : {-1.0, 0.0, 1.0}) {
+      PointDerivatives d;
+      const BoardPoint outer{along * (x + square), across * (y + square)};
+      if (!derivatives_of(solution, pose, outer, {}, d) || !is_inside(observations, d.pixel)) return false;
+    }
   }
   return true;
 }
@@ -48,6 +66,7 @@ Eigen::MatrixXd information_of(const Observations& observations, const LensSolut
   const auto shared = static_cast<Eigen::Index>(solution.layout.lens.size() + solution.layout.warp);
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(shared, shared), across = Eigen::MatrixXd::Zero(shared, 6);
   Eigen::Matrix<double, 6, 6> own = Eigen::Matrix<double, 6, 6>::Zero();
+  if (!is_whole(observations, solution, pose)) return {};
   std::vector<Eigen::Vector2d> pixels;
   for (const BoardPoint& point : observations.points) {
     PointDerivatives d;
@@ -58,7 +77,7 @@ Eigen::MatrixXd information_of(const Observations& observations, const LensSolut
     across += d.shared.transpose() * d.pose;
     own += d.pose.transpose() * d.pose;
   }
-  if (!is_visible(observations, pixels)) return {};
+  if (!are_apart(pixels)) return {};
   return (gram - across * own.ldlt().solve(across.transpose())) / (corner_sd * corner_sd);
 }
 
