@@ -20,7 +20,8 @@ struct HiddenReport {
   std::string model;  ///< the text of model.yaml
 };
 
-/// Hides effects at their typical sizes, and searches. @param options of `tofgraph diagnose` @param campaign its design
+/// Hides effects at their typical sizes, and searches: no fit may end worse than one of a model that it contains.
+/// @param options of `tofgraph diagnose` @param campaign its design
 /// and what else is not as usual
 inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
                               const std::string& options = "", CampaignOptions campaign = {}) {
@@ -33,8 +34,11 @@ inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint
       "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found " + options,
       folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  return {nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json")),
-          tests::read_text(folder.path() / "found/model.yaml")};
+  HiddenReport report{nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json")),
+                      tests::read_text(folder.path() / "found/model.yaml")};
+  for (const auto& step : report.json.at("trace"))
+    EXPECT_NE(step.at("outcome"), "worse than a model that it contains") << step;
+  return report;
 }
 
 inline std::set<std::string> names_in(const nlohmann::json& report) {
