@@ -126,6 +126,12 @@ std::string unexplained_map(const Diagnosis& diagnosis);
 /// Notes on what was left out, and on what the measurements cannot determine. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
+/// Experiment that distinguishes an effect from a rival, as the author advises who had the other one in mind.
+std::string separating_experiment(const Candidate& found, const Rival& rival);
+
+/// Sorts rivals: ties that need no value that the conditions leave open come first, then those with fewer parameters.
+void sort_ties(std::vector<Rival>& rivals);
+
 /// Notes on what the names and values that were found may stand for, and on assumptions that were not measured. Nothing
 /// where nothing was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
