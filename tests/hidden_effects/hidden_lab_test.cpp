@@ -40,6 +40,17 @@ TEST(HiddenLab, OneFrameShowsItsNoise) {
   EXPECT_NEAR(report.at("lack_of_fit").at("chi2_over_freedom").get<double>(), 1, 0.05);
 }
 
+/// Without the constant the drift grows to all that is allowed: then it is no estimate, and its mean is none either.
+/// With a mean that large two folds did without the constant, which was dropped for that.
+TEST(HiddenLab, ADriftAtItsBoundHasNoMean) {
+  const auto report = lab_report(
+      {"zero_offset:offset=-4.92mm", "integration_time_offset:slope=11.37mm", "wiggling:amplitude=5mm,phase=1.33rad"},
+      "lab3x1", 252004);
+  EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "wiggling", "zero_offset"})) << report.at("summary");
+  expect_no_gap(report);
+  for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 3U) << fold;
+}
+
 /// All was measured with a warm camera: some folds took a warm-up in the place of both, and each was rejected.
 TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
   const auto report = lab_report({"zero_offset:offset=-17.80mm", "integration_time_offset:slope=0mm,linear=-7.24m/s",

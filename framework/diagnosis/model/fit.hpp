@@ -48,9 +48,9 @@ State with_positive_amplitudes(const Problem& problem, State state);
 bool drift_shows(const Problem& problem, const State& state, double RandomEffectSd::*drift,
                  double RandomEffectSd::*scatter);
 
-/// A state whose mean about which the distances drift has the standard deviation of a drift that shows, else the least.
-/// Models are compared at the same one: estimated with each model, it would take up a constant offset that effects
-/// explain.
+/// A state whose mean about which the distances drift has the standard deviation of a drift that shows, else the least,
+/// as where the drift is at its bound: there it stands for something else. Models are compared at the same one:
+/// estimated with each model, it would take up a constant offset that effects explain.
 State with_drift_mean(const Problem& problem, State state);
 
 /// Deviance of a state as it is, its variances included; only the reflectivities are those with the least.
