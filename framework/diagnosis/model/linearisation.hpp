@@ -96,8 +96,12 @@ struct Problem {
   bool light_seen() const;
   /// Unknowns of a fit with so many effects' columns.
   Unknowns unknowns(std::size_t effects) const {
-    return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size()),
-            nuisances.of_condition, nuisances.sd};
+    return {static_cast<Eigen::Index>(effects),
+            target,
+            static_cast<Eigen::Index>(targets.size()),
+            nuisances.of_condition,
+            nuisances.sd,
+            nuisances.jitter};
   }
   /// True if a row is of an observable.
   bool is_of(std::size_t observable, std::size_t row) const {

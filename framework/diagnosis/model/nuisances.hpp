@@ -9,6 +9,7 @@
 #include "diagnosis/model/mixed_model.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +18,9 @@ namespace tofgraph::diagnosis {
 
 /// Unknowns with a normal prior around zero, whose standard deviation is estimated but for that of the contrast.
 struct Nuisances {
-  std::vector<std::vector<Shared>> of_condition;  ///< one a condition
-  std::vector<double RandomEffectSd::*> sd;       ///< one an unknown: that of its prior
+  std::vector<std::vector<Shared>> of_condition;            ///< one a condition
+  std::vector<double RandomEffectSd::*> sd;                 ///< one an unknown: that of its prior
+  double jitter = std::numeric_limits<double>::infinity();  ///< m, see Design::jitter()
 };
 
 /// A constant and half waves over the order measured where all conditions tell it, k of them with 1 / k of the standard

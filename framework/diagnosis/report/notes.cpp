@@ -211,6 +211,11 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
           "beside it can be trusted.",
           what));
   }
+  if (sd.jitter > 1.96 * problem.nuisances.jitter)  // beyond 95 % of its prior
+    notes.push_back(fmt::format(
+        "The positions of the boards scatter by {:.2g} mm (standard deviation), more than the jitter of {} that the "
+        "campaign states.",
+        1e3 * sd.jitter, config::format_quantity(problem.nuisances.jitter, "m")));
   if (uses(&RandomEffectSd::session) &&
       (sd.session > settings.noted_drift || sd.session_light > settings.noted_drift_light))
     notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, no effect.",
