@@ -49,8 +49,8 @@ TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
   }
 }
 
-/// Boards seem to scatter by what the rail is off, until it is found. Maps that were estimated anew beside an effect, as
-/// if they did not, were worse than those without the effect, and so ended its fit.
+/// Until the rail's scale is found, its error looks like scatter of the boards. A map that is estimated anew supposes
+/// the usual scatter: with it, fits of further effects ended worse than the model without them.
 TEST(HiddenPairs, AMapEstimatedAnewIsNeverWorse) {
   const nlohmann::json report = report_of({"pixel_response", "rail_scale"}, 1, "", {.design = "small"}).json;
   EXPECT_EQ(names_in(report), (Names{"pixel_response", "rail_scale"})) << report.at("summary");

@@ -126,7 +126,7 @@ std::string unexplained_map(const Diagnosis& diagnosis);
 /// Notes on what was left out, and on what the measurements cannot determine. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
-/// Experiment that distinguishes an effect from a rival, as the author advises who had the other one in mind.
+/// Experiment that distinguishes an effect from a rival: advice of the author who lists the other as confusable.
 std::string separating_experiment(const Candidate& found, const Rival& rival);
 
 /// Sorts rivals: ties that need no value that the conditions leave open come first, then those with fewer parameters.

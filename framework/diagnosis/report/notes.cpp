@@ -77,7 +77,7 @@ std::string as_well(const std::string& found, const std::string& others, const s
   return fmt::format("{} may be {} as well: these data do not tell.{}", found, others, advice);
 }
 
-bool has_in_mind(const Candidate& one, const Candidate& other) {
+bool lists_as_confusable(const Candidate& one, const Candidate& other) {
   const std::vector<std::string> names = graph::split_words(one.border().confused_with);
   return std::ranges::find(names, other.name()) != names.end();
 }
@@ -86,7 +86,8 @@ bool has_in_mind(const Candidate& one, const Candidate& other) {
 
 std::string separating_experiment(const Candidate& found, const Rival& rival) {
   const Candidate& other = *rival.candidate;
-  const bool others_advice = rival.of_several() || (has_in_mind(other, found) && !has_in_mind(found, other));
+  const bool others_advice =
+      rival.of_several() || (lists_as_confusable(other, found) && !lists_as_confusable(found, other));
   return (others_advice ? other : found).border().experiment;
 }
 
