@@ -60,6 +60,7 @@ WRONG = {
     "campaign": [CAMPAIGN, CAMPAIGN + "conditions: []", CAMPAIGN + "conditions: [{capture: a.h5}]",
                  CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 500}}]",
                  CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 1 m}, lens: caped}]",
+                 CAMPAIGN + "jitter: 0.5\nconditions: [{capture: a.h5, board: {distance: 1 m}}]",
                  CAMPAIGN + "conditions: [{capture: a.h5, board: {distance: 1 m}, roi: {columns: [0, 9]}}]",
                  CAMPAIGN + "conditions: [{capture: a.h5}]\npattern: {type: circles, columns: 8, rows: 6}",
                  CAMPAIGN + "table: {file: a.csv, distance: {column: d}, measured_depth: {column: m, unit: mm}}"],

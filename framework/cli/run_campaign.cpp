@@ -216,6 +216,7 @@ class CampaignRun {
       result_.name = campaign_.name;
       result_.notes = campaign_.notes;
       result_.pattern = campaign_.pattern;
+      result_.jitter = campaign_.jitter;
       result_.source = fs::absolute(arguments_.campaign).lexically_normal();
       result_.camera_name = camera_name;
       io::write_file(out_ / camera_name, camera_text_);

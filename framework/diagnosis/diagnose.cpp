@@ -302,14 +302,17 @@ class Run {
       }
       effect.fixed = fixed_of(*term.candidate);
       if (t >= d_->model_terms.size()) {
-        const EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
+        EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
+        sort_ties(found.rivals);
         effect.gain = found.gain;
         effect.p_value = found.p_value;
         effect.explained_fraction = found.explained_fraction;
         effect.rivals = found.rivals;
         for (const Rival& rival : found.rivals) {
-          if (rival.tied) effect.tied_with.push_back(rival.candidate->name());
-          if (rival.tied && rival.of_several()) effect.experiment = rival.candidate->border().experiment;
+          if (!rival.tied) continue;
+          if (effect.tied_with.empty() || rival.of_several())
+            effect.experiment = separating_experiment(*term.candidate, rival);
+          effect.tied_with.push_back(rival.candidate->name());
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;

@@ -205,13 +205,15 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
 }
 
 /// Reads and concatenates the conditions of other campaigns. Their ids are prefixed with the file name, which is also
-/// the session of conditions that state none, because the setup may have moved between campaigns.
+/// the session of conditions that state none, because the setup may have moved between campaigns. If each states a
+/// jitter, the largest applies to all.
 void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty())
     return diagnostics.error(
         list.at,
         fmt::format("'campaigns' is {}, expected a list of files", list.is_list() ? "an empty list" : list.described()),
         "example: campaigns: [rail.yaml, warm_up.yaml]");
+  double jitter = 0;
   for (const config::Value& item : list.items) {
     const std::filesystem::path file = config::path_at(item.text, item.at);
     try {
@@ -236,11 +238,13 @@ void read_members(const config::Value& list, Campaign& campaign, Captures captur
         campaign.conditions.push_back(std::move(condition));
       }
       campaign.from_table = member.from_table;
+      jitter = std::max(jitter, member.jitter);
       for (const std::string& note : member.notes) campaign.notes.push_back(fmt::format("{}: {}", name, note));
     } catch (const config::ConfigurationError& failure) {
       diagnostics.add(failure, item.at);
     }
   }
+  if (std::isinf(campaign.jitter)) campaign.jitter = jitter;
 }
 
 }  // namespace
@@ -261,6 +265,7 @@ Campaign read_campaign(const config::Value& document, config::Diagnostics& diagn
   }
   if (const config::Entry* pattern = reader.take("pattern"))
     campaign.pattern = read_pattern(pattern->value, diagnostics);
+  campaign.jitter = reader.number_within("jitter", "m", "0.5 mm", campaign.jitter, 1e-6, 1);
   const config::Entry* conditions = reader.take("conditions");
   const config::Entry* table = reader.take("table");
   const config::Entry* members = reader.take("campaigns");

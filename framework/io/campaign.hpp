@@ -6,6 +6,7 @@
 #include "io/condition.hpp"
 
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,9 +38,10 @@ struct Campaign {
   std::optional<config::Value> camera_value;  ///< the same with its position in the file
   std::filesystem::path source;               ///< campaign from which a pipeline made this one; empty: measured
   std::optional<Pattern> pattern;
-  std::vector<Condition> conditions;  ///< in the order of the file; for a table one per row
-  std::string corrected_with;         ///< for a table: the model behind measured.depth; empty: not stated
-  bool from_table = false;            ///< statistics only, no captures
+  double jitter = std::numeric_limits<double>::infinity();  ///< m, scale of the boards' position errors; inf: unstated
+  std::vector<Condition> conditions;                        ///< in the order of the file; for a table one per row
+  std::string corrected_with;  ///< for a table: the model behind measured.depth; empty: not stated
+  bool from_table = false;     ///< statistics only, no captures
 };
 
 /// Handling of a missing capture: an error, or left to the code that opens it.

@@ -141,6 +141,7 @@ void write_campaign(const Campaign& campaign, const std::filesystem::path& file)
   if (!campaign.source.empty()) text += fmt::format("source: {}\n", relative_to(folder, campaign.source));
   text += fmt::format("camera: {}\n", config::yaml_word(campaign.camera_name));
   if (campaign.pattern) text += pattern_text(*campaign.pattern);
+  if (std::isfinite(campaign.jitter)) text += fmt::format("jitter: {}\n", quantity(campaign.jitter, lengths));
   text += "conditions:\n";
   ConditionText condition_text(folder);
   for (const Condition& condition : campaign.conditions) text += condition_text.of(condition);

@@ -20,8 +20,6 @@ nlohmann::json lab_report(const std::vector<std::string>& effects, const std::st
 void expect_no_gap(const nlohmann::json& report) {
   EXPECT_LT(report.at("gap").at("after"), 1.5 * report.at("gap").at("noise_and_scatter").get<double>());
   EXPECT_LT(report.at("gap").at("after"), 1.5e-3);  // m
-  for (const auto& step : report.at("trace"))
-    EXPECT_NE(step.at("outcome"), "worse than a model that it contains") << step;
 }
 
 /// The constant is no drift, although the order of measurement is known: without effects it was attributed to drift,
@@ -42,6 +40,17 @@ TEST(HiddenLab, OneFrameShowsItsNoise) {
   EXPECT_NEAR(report.at("lack_of_fit").at("chi2_over_freedom").get<double>(), 1, 0.05);
 }
 
+/// Without the constant the drift grows to its bound: then it is no estimate, and neither is its mean. With so large a
+/// mean two folds did without the constant, which was dropped therefore.
+TEST(HiddenLab, ADriftAtItsBoundHasNoMean) {
+  const auto report = lab_report(
+      {"zero_offset:offset=-4.92mm", "integration_time_offset:slope=11.37mm", "wiggling:amplitude=5mm,phase=1.33rad"},
+      "lab3x1", 252004);
+  EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "wiggling", "zero_offset"})) << report.at("summary");
+  expect_no_gap(report);
+  for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 3U) << fold;
+}
+
 /// All data are from a warm camera: some folds chose a warm-up in place of both effects, and each was rejected.
 TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
   const auto report = lab_report({"zero_offset:offset=-17.80mm", "integration_time_offset:slope=0mm,linear=-7.24m/s",
@@ -49,6 +58,15 @@ TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
                                  "lab3x1", 13004);
   EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "wiggling", "zero_offset"})) << report.at("summary");
   expect_no_gap(report);
+  // A reader is told of it, and what decides: a camera that is still cold.
+  const std::string summary = report.at("summary");
+  EXPECT_NE(summary.find("zero_offset (or warm_up of unknown time_constant)"), std::string::npos) << summary;
+  EXPECT_NE(summary.find("To tell zero_offset from warm_up, measure a board at "), std::string::npos) << summary;
+  EXPECT_NE(summary.find(" 1 min after power-on."), std::string::npos) << summary;
+  for (const auto& effect : report.at("effects")) {
+    if (effect.at("name") != "zero_offset") continue;
+    EXPECT_TRUE(effect.at("separating_experiment").get<std::string>().starts_with("one board again and again"));
+  }
 }
 
 }  // namespace

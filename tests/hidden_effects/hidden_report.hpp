@@ -20,8 +20,8 @@ struct HiddenReport {
   std::string model;  ///< text of model.yaml
 };
 
-/// Hides effects at their typical amplitudes, and runs the search. @param options of `tofgraph diagnose` @param
-/// campaign design and other unusual settings
+/// Hides effects at their typical amplitudes, and runs the search: no fit may end worse than a nested model.
+/// @param options of `tofgraph diagnose` @param campaign design and other unusual settings
 inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint64_t seed,
                               const std::string& options = "", CampaignOptions campaign = {}) {
   const tests::TemporaryFolder folder;
@@ -33,8 +33,11 @@ inline HiddenReport report_of(const std::vector<std::string>& effects, std::uint
       "\"$TOFGRAPH\" diagnose --quiet --model campaign/model.yaml --data campaign/campaign.yaml -o found " + options,
       folder.path());
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  return {nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json")),
-          tests::read_text(folder.path() / "found/model.yaml")};
+  HiddenReport report{nlohmann::json::parse(tests::read_text(folder.path() / "found/report.json")),
+                      tests::read_text(folder.path() / "found/model.yaml")};
+  for (const auto& step : report.json.at("trace"))
+    EXPECT_NE(step.at("outcome"), "worse than a model that it contains") << step;
+  return report;
 }
 
 inline std::set<std::string> names_in(const nlohmann::json& report) {

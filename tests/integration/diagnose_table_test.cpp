@@ -74,6 +74,18 @@ TEST_F(DiagnoseTable, NothingIsNamedWhereThereIsNoiseAlone) {
       << said["summary"];
 }
 
+/// A stated jitter is a prior: the estimate lies between it and the scatter of the data.
+TEST_F(DiagnoseTable, AStatedJitterIsUsed) {
+  make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 0);
+  const double unstated = diagnose()["nuisances"]["board_jitter"]["value"];
+  write_text(folder_.path() / "campaign.yaml", read_text(folder_.path() / "campaign.yaml") + "jitter: 0.02 mm\n");
+  fs::remove_all(folder_.path() / "found");
+  const nlohmann::json stated = diagnose();
+  EXPECT_LT(stated["nuisances"]["board_jitter"]["value"].get<double>(), 0.8 * unstated);
+  EXPECT_THAT(stated["notes"].get<std::vector<std::string>>(),
+              testing::Contains(testing::HasSubstr("more than the jitter of 20 um that the campaign states")));
+}
+
 /// Corners outside the lens model: a mean over the image is that of the other pixels. Half paths are longer than the
 /// board distances by an amount that depends on all pixels, so only the presence of a number is tested.
 TEST_F(DiagnoseTable, PixelsOutsideTheLensAreLeftOutOfTheMeans) {

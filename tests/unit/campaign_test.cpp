@@ -49,6 +49,29 @@ TEST(Campaign, ANoteIsATextOrAListOfTexts) {
   }
 }
 
+TEST(Campaign, TheLargestJitterOfJoinedCampaignsHoldsIfEachStatesOne) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    write_text(folder.path() / (name + ".yaml"), "campaign: 1\ncamera: camcube2\n" + text);
+  };
+  const auto jitter = [&](const std::string& name) { return read(folder.path() / (name + ".yaml")).jitter; };
+  write_text(folder.path() / "c.h5", "");
+  const std::string one = "conditions:\n  - {capture: c.h5, board: {distance: 1 m}}\n";
+  write("near", "jitter: 0.2 mm\n" + one);
+  write("far", "jitter: 3 mm\n" + one);
+  write("plain", one);
+  write("both", "campaigns: [near.yaml, far.yaml]\n");
+  write("own", "jitter: 1 mm\ncampaigns: [near.yaml, far.yaml]\n");
+  write("not_all", "campaigns: [near.yaml, plain.yaml]\n");
+  EXPECT_DOUBLE_EQ(jitter("near"), 0.2e-3);
+  EXPECT_TRUE(std::isinf(jitter("plain")));
+  EXPECT_DOUBLE_EQ(jitter("both"), 3e-3);
+  EXPECT_DOUBLE_EQ(jitter("own"), 1e-3);
+  EXPECT_TRUE(std::isinf(jitter("not_all")));
+  write("none", "jitter: 0 mm\n" + one);
+  EXPECT_THAT(mistakes(folder.path() / "none.yaml"), testing::HasSubstr("none.yaml:3:9: error: 'jitter' is '0 mm'"));
+}
+
 TEST(Campaign, ReadsTheExampleOfTheFormat) {
   const TemporaryFolder folder;
   write_text(folder.path() / "captures/white_0500.h5", "");
@@ -164,6 +187,7 @@ TEST(Campaign, ComesBackAsWritten) {
   campaign.notes = {"the board of 2 m: moved by hand", "- and back"};
   campaign.camera_name = "camcube2";
   campaign.pattern = Pattern{7, 5, 0.1 / 3};
+  campaign.jitter = 0.001 / 3;
   Condition c;
   c.id = "12.5";
   c.capture = folder.path() / "data/one two.h5";
@@ -199,6 +223,7 @@ TEST(Campaign, ComesBackAsWritten) {
   EXPECT_EQ(again.name, campaign.name);
   EXPECT_EQ(again.notes, campaign.notes);
   EXPECT_EQ(again.pattern->square, campaign.pattern->square);
+  EXPECT_EQ(again.jitter, campaign.jitter);
   ASSERT_EQ(again.conditions.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
     const Condition &was = campaign.conditions[i], &is = again.conditions[i];

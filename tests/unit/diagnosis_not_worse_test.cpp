@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: SearchInTime.*
+// Slow: SearchInTime.*:FoldAgreement.AllFolds*
 // Rooms: diagnosis
 // A written model is compared with the given one on all data and on held-out data; a set on which folds agree is found;
 // a search that runs out of time returns the given model unchanged.
 #include "diagnosis/search/given_model.hpp"
 
 #include "diagnosis/search/crossfit.hpp"
+#include "diagnosis/search/effect_tests.hpp"
 #include "diagnosis/search/selection.hpp"
 #include "tests/unit/rail.hpp"
 
@@ -109,6 +110,44 @@ TEST_F(FoldAgreement, NothingWhereTheModelHasWhatMostFoldsChose) {
   EXPECT_TRUE(agreed_models(folds, {{random_term(effect("wiggling"), 1, 1)}, {}, {}}, 0).empty());
   folds.folds.resize(2);
   EXPECT_TRUE(agreed_models(folds, {}, 0).empty()) << "two folds are no majority";
+}
+
+/// A constant and an offset with the integration time are hidden; all data have led to a warm-up of a camera that was
+/// always warm, whose exponent of the time does nearly as much: no single effect does so in its place.
+TEST_F(FoldAgreement, AllFoldsAreSearchedWhereTheFirstAgreeOnMore) {
+  for (std::size_t i = 0; i < 20; i += 2) {
+    io::Condition longest = conditions[i];
+    longest.integration_time = 16e-3;
+    longest.id += "long";
+    conditions.push_back(longest);
+  }
+  measure();
+  const std::set<std::string> kept = {"zero_offset", "integration_time_offset", "warm_up"};
+  std::erase_if(candidates, [&](const auto& c) { return !kept.contains(c->name()); });
+  const Candidate& warm_up = effect("warm_up");
+  const std::vector<Observations> data =
+      data_with({zero_offset(8e-3), {&effect("integration_time_offset"), {3e-3, 0}}}, 5);
+  const std::vector<Term> given;
+  const SearchOptions options;
+  Findings findings(make_problem(*design, data), given, candidates, options, {});
+  Selection& selection = findings.selection;
+  selection.begin();
+  selection.linearise();
+  findings.trials.prepare(selection.best().state, {});
+  State wrong = selection.best().state;
+  const auto exponent = std::ranges::find(warm_up.refinements(), "exponent", &Refinement::name);
+  wrong.terms.push_back(refined({&warm_up, {10e-3, 720, 0}},
+                                static_cast<std::size_t>(exponent - warm_up.refinements().begin()),
+                                std::vector<double>{0.2}));
+  ASSERT_TRUE(selection.try_accept(wrong));
+  findings.result.found = {{.candidate = selection.terms()[0].candidate, .name = "warm_up"}};
+  EffectTests tests(findings);
+  tests.cross_fit();
+  EXPECT_TRUE(findings.result.cross_fit.complete);
+  EXPECT_TRUE(tests.follow_folds());
+  const std::vector<std::string> names = names_of(findings.best().state);
+  EXPECT_EQ(std::set<std::string>(names.begin(), names.end()),
+            (std::set<std::string>{"integration_time_offset", "zero_offset"}));
 }
 
 using SearchInTime = NotWorse;

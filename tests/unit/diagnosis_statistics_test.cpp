@@ -195,6 +195,27 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   EXPECT_NEAR(found.random_sd.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
+/// The same with 14 conditions whose mean square is 36 times that of a stated jitter: the most likely standard
+/// deviation under its half-normal prior is a root of a quadratic equation in its square, since the rows have no other
+/// noise.
+TEST(MixedModel, AStatedJitterIsThePriorOfThatBetweenConditions) {
+  constexpr double stated = 5e-5, seen = 3e-4, conditions = 14;
+  std::vector<Gram> grams;
+  for (int i = 0; i < static_cast<int>(conditions); ++i) {
+    Eigen::Vector<double, gram_tail> row = Eigen::Vector<double, gram_tail>::Zero();
+    row(0) = 1;
+    row(gram_tail - 1) = i % 2 == 0 ? seen : -seen;
+    grams.emplace_back(row * row.transpose() / 1e-16);
+  }
+  const std::vector<int> target(grams.size(), -1);
+  Unknowns unknowns{0, target, 0};
+  EXPECT_NEAR(profile(grams, unknowns, {}).random_sd.jitter, seen, 1e-2 * seen);
+  unknowns.jitter = stated;
+  const double a = 1 / (stated * stated),
+               square = (std::sqrt(1 + 4 * a * seen * seen / conditions) - 1) * conditions / (2 * a);
+  EXPECT_NEAR(profile(grams, unknowns, {}).random_sd.jitter, std::sqrt(square), 1e-2 * std::sqrt(square));
+}
+
 /// A drift about a mean over 40 conditions, a column common to all of them, scattered boards: from any initial
 /// variances, the fit with the column is at least as good as without.
 TEST(MixedModel, AColumnMoreIsNeverWorse) {

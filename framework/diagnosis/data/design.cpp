@@ -25,12 +25,14 @@ simulation::BoardPose scaled_reflectivity(simulation::BoardPose pose, double lig
 
 }  // namespace
 
-Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels)
+Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels,
+               double jitter)
     : camera_(std::move(camera)),
       demodulation_(physics::exposures_of(camera_->view())),
       physical_(physical),
       grid_(superpixels),
       conditions_(std::move(conditions)),
+      jitter_(jitter),
       pixels_(simulation::superpixels(camera_->view(), grid_, grid_)),
       fine_(simulation::superpixels(camera_->view(), grid_ * fine, grid_ * fine)),
       whole_(simulation::whole_image(camera_->view())) {

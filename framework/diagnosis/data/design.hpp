@@ -9,6 +9,7 @@
 #include "simulation/forward_model.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -40,9 +41,10 @@ simulation::BoardPose pose_of(const io::Condition& condition);
 class Design {
  public:
   /// @param conditions each with a board that fills the view or with a capped lens, and with an integration time
-  /// @param superpixels per row and per column
+  /// @param superpixels per row and per column @param jitter m, see jitter()
   /// @throws std::invalid_argument as Demodulation
-  Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid);
+  Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels = grid,
+         double jitter = std::numeric_limits<double>::infinity());
 
   /// Design of a subset of the conditions, independent of this one. @param chosen indices of conditions, ascending
   Design part(std::span<const std::size_t> chosen) const;
@@ -52,6 +54,8 @@ class Design {
   bool physical() const { return physical_; }
   std::size_t size() const { return conditions_.size(); }
   const std::vector<io::Condition>& conditions() const { return conditions_; }
+  /// Scale of the position errors of the boards as the campaign states it, m; infinity: it does not.
+  double jitter() const { return jitter_; }
   const simulation::Acquisition& acquisition(std::size_t condition) const { return shots_[condition]; }
   const simulation::Pixels& pixels() const { return pixels_; }
   std::size_t superpixels() const { return pixels_.size(); }
@@ -114,6 +118,7 @@ class Design {
   bool physical_;
   std::size_t grid_;
   std::vector<io::Condition> conditions_;
+  double jitter_;
   std::vector<simulation::Acquisition> shots_;
   simulation::Pixels pixels_, fine_, whole_;
   std::vector<std::vector<Signal>> ideal_, fine_ideal_;  ///< fine_ideal_ is empty for a single superpixel

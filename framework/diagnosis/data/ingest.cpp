@@ -171,7 +171,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
   result.bad_pixels = static_cast<double>(bad) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.saturated = static_cast<double>(saturated) / static_cast<double>(std::max<std::size_t>(pixels, 1));
   result.replicates = single == 0;
-  result.design = std::make_shared<const Design>(campaign.camera, physical, std::move(used));
+  result.design = std::make_shared<const Design>(campaign.camera, physical, std::move(used), grid, campaign.jitter);
   return result;
 }
 

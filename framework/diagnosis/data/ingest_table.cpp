@@ -63,7 +63,7 @@ Measurements measure_table(const io::Campaign& campaign, bool physical) {
   result.frames = used.size();
   result.replicates = true;
   result.recorded_times.assign(used.size(), io::unknown);
-  result.design = std::make_shared<const Design>(campaign.camera, physical, used, single);
+  result.design = std::make_shared<const Design>(campaign.camera, physical, used, single, campaign.jitter);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const io::Measured& measured = used[i].measured;
     const Ideal ideal = ideal_of(campaign.camera->view(), physical, used[i]);

@@ -222,7 +222,8 @@ bool drift_shows(const Problem& problem, const State& state, double RandomEffect
 }
 
 State with_drift_mean(const Problem& problem, State state) {
-  const bool shows = drift_shows(problem, state, &RandomEffectSd::drift, &RandomEffectSd::jitter);
+  const bool shows = !is_at_bound(state.random_sd, &RandomEffectSd::drift) &&
+                     drift_shows(problem, state, &RandomEffectSd::drift, &RandomEffectSd::jitter);
   state.random_sd.mean = shows ? state.random_sd.drift : settings.min_sd;
   return state;
 }

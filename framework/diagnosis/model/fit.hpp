@@ -51,8 +51,8 @@ bool drift_shows(const Problem& problem, const State& state, double RandomEffect
                  double RandomEffectSd::*scatter);
 
 /// A state in which the mean of the distance drift has the standard deviation of the drift, if one is significant, else
-/// the least. All models are compared at the same one: estimated with each model, it would absorb a constant offset
-/// that effects explain.
+/// the least, also if the drift is at its bound, where it replaces something else. All models are compared at the same
+/// one: estimated with each model, it would absorb a constant offset that effects explain.
 State with_drift_mean(const Problem& problem, State state);
 
 /// Deviance of a state with its variances unchanged; only the reflectivities are those of least deviance.

@@ -96,8 +96,12 @@ struct Problem {
   bool light_seen() const;
   /// Unknowns of a fit with this number of effect columns.
   Unknowns unknowns(std::size_t effects) const {
-    return {static_cast<Eigen::Index>(effects), target, static_cast<Eigen::Index>(targets.size()),
-            nuisances.of_condition, nuisances.sd};
+    return {static_cast<Eigen::Index>(effects),
+            target,
+            static_cast<Eigen::Index>(targets.size()),
+            nuisances.of_condition,
+            nuisances.sd,
+            nuisances.jitter};
   }
   /// True if a row belongs to an observable.
   bool is_of(std::size_t observable, std::size_t row) const {

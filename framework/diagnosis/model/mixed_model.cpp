@@ -84,7 +84,7 @@ Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, co
     }
     if (!within) result = factorised(equations, unknowns, prior, centre);
   }
-  result.deviance += held_cost;
+  result.deviance += held_cost + std::pow(random_sd.jitter / unknowns.jitter, 2);
   return result;
 }
 

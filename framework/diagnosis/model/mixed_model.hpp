@@ -11,6 +11,7 @@
 
 #include <Eigen/Dense>
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,8 @@ struct Unknowns {
   Eigen::Index targets;
   std::span<const std::vector<Shared>> shared = {};  ///< of each condition; empty: none
   std::span<double RandomEffectSd::*const> sd = {};  ///< of the priors of the shared unknowns
+  /// Scale of the half-normal prior of RandomEffectSd::jitter, m; infinity: none.
+  double jitter = std::numeric_limits<double>::infinity();
 
   Eigen::Index count() const { return effects + targets + static_cast<Eigen::Index>(sd.size()); }
   /// Inverse variances of the unknowns' priors; effects and reflectivities have a wide one, in their units.

@@ -30,6 +30,7 @@ class Builder {
  public:
   Builder(const Design& design, bool contrast) : design_(design), contrast_(contrast) {
     result_.of_condition.resize(design.size());
+    result_.jitter = design.jitter();
   }
 
   Nuisances build() {

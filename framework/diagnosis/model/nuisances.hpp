@@ -9,6 +9,7 @@
 #include "diagnosis/model/mixed_model.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,8 +18,9 @@ namespace tofgraph::diagnosis {
 
 /// Unknowns with a zero-mean normal prior, whose standard deviation is estimated, except that of the contrast.
 struct Nuisances {
-  std::vector<std::vector<Shared>> of_condition;  ///< one per condition
-  std::vector<double RandomEffectSd::*> sd;       ///< one per unknown: of its prior
+  std::vector<std::vector<Shared>> of_condition;            ///< one per condition
+  std::vector<double RandomEffectSd::*> sd;                 ///< one per unknown: of its prior
+  double jitter = std::numeric_limits<double>::infinity();  ///< m, see Design::jitter()
 };
 
 /// Drift, if all conditions state their order: a constant and half cosines over it, the k-th with 1 / k of the standard

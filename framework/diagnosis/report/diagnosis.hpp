@@ -126,6 +126,13 @@ std::string unexplained_map(const Diagnosis& diagnosis);
 /// Notes on exclusions, and on what the measurements cannot determine. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
+/// Experiment that distinguishes an effect from a rival: the advice in the declaration that lists the other as
+/// confusable.
+std::string separating_experiment(const Candidate& found, const Rival& rival);
+
+/// Sorts rivals: ties without an undetermined value first, then those with fewer parameters.
+void sort_ties(std::vector<Rival>& rivals);
+
 /// Notes on alternatives to the effects and values found, and on assumptions that were not measured. Empty if nothing
 /// was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);

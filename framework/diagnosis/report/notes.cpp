@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +15,7 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -77,24 +79,42 @@ std::string as_well(const std::string& found, const std::string& others, const s
   return fmt::format("These data cannot distinguish {} from {}.{}", found, others, advice);
 }
 
+bool lists_as_confusable(const Candidate& one, const Candidate& other) {
+  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  return std::ranges::find(names, other.name()) != names.end();
+}
+
 }  // namespace
+
+std::string separating_experiment(const Candidate& found, const Rival& rival) {
+  const Candidate& other = *rival.candidate;
+  const bool others_advice =
+      rival.of_several() || (lists_as_confusable(other, found) && !lists_as_confusable(found, other));
+  return (others_advice ? other : found).border().experiment;
+}
+
+void sort_ties(std::vector<Rival>& rivals) {
+  std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
+    return std::tuple(!one.tied, one.tied && one.untold, one.tied ? one.candidate->free().size() : 0);
+  });
+}
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
   if (search.found.empty()) return notes;
   note_means(search.after.state, notes);
   for (const EffectFinding& found : search.found) {
-    std::vector<std::string> tied;
+    std::map<std::string, std::vector<std::string>> tied;  // by the experiment that separates them
     for (const Rival& rival : found.rivals) {
       if (!rival.tied) continue;
-      if (!rival.of_several()) tied.push_back(rival.candidate->name());
+      const std::string experiment = separating_experiment(*found.candidate, rival);
+      if (!rival.of_several()) tied[experiment].push_back(rival.candidate->name());
       if (rival.of_several() && rival.is_told_at(found.name))
         notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
-                                rival.candidate->name(), rival.candidate->border().experiment));
+                                rival.candidate->name(), experiment));
     }
-    if (!tied.empty())
-      notes.push_back(
-          as_well(found.name, fmt::format("{}", fmt::join(tied, " or ")), found.candidate->border().experiment));
+    for (const auto& [experiment, names] : tied)
+      notes.push_back(as_well(found.name, fmt::format("{}", fmt::join(names, " or ")), experiment));
   }
   if (!problem.light_seen() && !problem.targets.empty()) {
     std::string values;
@@ -192,6 +212,11 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
                       "beside it can be trusted.",
                       what));
   }
+  if (sd.jitter > 1.96 * problem.nuisances.jitter)  // beyond 95 % of its prior
+    notes.push_back(fmt::format(
+        "The positions of the boards scatter by {:.2g} mm (standard deviation), more than the jitter of {} that the "
+        "campaign states.",
+        1e3 * sd.jitter, config::format_quantity(problem.nuisances.jitter, "m")));
   if (uses(&RandomEffectSd::session) &&
       (sd.session > settings.noted_drift || sd.session_light > settings.noted_drift_light))
     notes.push_back(fmt::format("Sessions differ by {} (standard deviation): a nuisance, not an effect.",

@@ -102,6 +102,30 @@ std::string not_known(const Diagnosis& d) {
                      shown_gap(p.size, d.gaps[p.observable], p.observable));
 }
 
+/// "warm_up of unknown time_constant" if the conditions do not determine a parameter of the rival; else its name.
+std::string text_of(const Rival& rival) {
+  const std::string name = rival.candidate->name();
+  if (!rival.untold) return name;
+  const auto is_it = [&](const Term& term) { return &term.candidate->root() == rival.candidate; };
+  const auto term = std::ranges::find_if(rival.state.terms, is_it);
+  return term == rival.state.terms.end()
+             ? name
+             : fmt::format("{} of unknown {}", name, term->candidate->free()[*rival.untold].name);
+}
+
+/// Measurement that decides the first tie, "To tell zero_offset from warm_up, measure a board at 0.56 m"; "": no tie.
+std::string deciding(const Diagnosis& d) {
+  for (const NextCondition& next : d.next) {
+    if (next.effects.size() > 1 && tells(next))
+      return fmt::format(" To tell {}, measure a {}.", sides_of(next, " from "), setting_of(next));
+  }
+  for (const EffectResult& effect : d.effects) {
+    if (!effect.tied_with.empty())
+      return fmt::format(" To tell {} from {}: {}.", effect.name, effect.tied_with.front(), effect.experiment);
+  }
+  return "";
+}
+
 /// "wiggling", "crosstalk (or static_reflection)". Several effects with a common alternative are joined at the
 /// first: "zero_offset with integration_time_offset (or warm_up)"; the others then only list alternatives of their
 /// own.
@@ -112,9 +136,9 @@ std::string with_ties(const EffectResult& effect) {
   for (const Rival& rival : effect.rivals) {
     if (!rival.tied) continue;
     if (!rival.of_several())
-      own.push_back(rival.candidate->name());
+      own.push_back(text_of(rival));
     else if (rival.is_told_at(effect.name))
-      together = fmt::format("{} (or {})", fmt::join(rival.in_place_of, " with "), rival.candidate->name());
+      together = fmt::format("{} (or {})", fmt::join(rival.in_place_of, " with "), text_of(rival));
     else
       reported = true;
   }
@@ -157,7 +181,8 @@ std::string outcome(const Diagnosis& d) {
     case Verdict::named:
       return fmt::format("{}: {}.{}", lacks, shrink, also);
     case Verdict::tie:
-      return fmt::format("{}; effects in brackets would explain these data equally well: {}.{}", lacks, shrink, also);
+      return fmt::format("{}: {}.{} Effects in brackets would explain these data equally well.{}", lacks, shrink, also,
+                         deciding(d));
     case Verdict::named_with_rest:
       return fmt::format("{}, and an unexplained residual is left: {}.{}", lacks, shrink, also);
     case Verdict::unknown:

@@ -27,6 +27,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
             const std::vector<std::unique_ptr<Candidate>>& candidates) {
   ModelFit fit;
   fit.state = {model, std::vector<double>(problem.targets.size(), 0), {}};
+  if (std::isfinite(problem.nuisances.jitter)) fit.state.random_sd.jitter = problem.nuisances.jitter;
   Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
   Audit result;
   Group together{"all", {}};

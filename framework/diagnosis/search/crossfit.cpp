@@ -271,6 +271,10 @@ Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t 
 
 }  // namespace
 
+bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given) {
+  return !agreed_and_lacking(folds, model, given).empty();
+}
+
 std::vector<State> agreed_models(const CrossFit& folds, const State& model, std::size_t given) {
   if (folds.folds.size() < settings.min_agreeing_folds) return {};
   const Names lacking = agreed_and_lacking(folds, model, given);

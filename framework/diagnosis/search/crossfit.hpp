@@ -103,6 +103,10 @@ std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size
 
 // ---- Sets of effects on which folds agree and which the model of all data lacks ----
 
+/// True if more than half of the folds that were searched chose an effect that a model lacks.
+/// @param given terms of the model before the search
+bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given);
+
 /// Models of folds that have an effect which more than half of the folds chose and a model lacks, each with another set
 /// of effects, the set that most folds chose first. Empty where fewer than three folds were searched.
 /// @param given terms of the model before the search

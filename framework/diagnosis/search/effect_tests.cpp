@@ -201,9 +201,10 @@ void EffectTests::cross_fit() {
   const bool searched = !findings_.selection.additions().empty();
   SearchOptions options = task.options;
   if (!searched) options.max_effects = 0;
-  const auto ask = [&] {
-    std::vector<std::vector<std::string>> names;
-    for (const EffectFinding& finding : result.found) names.push_back(finding.names());
+  const auto ask = [&](bool all_folds = false) {
+    std::vector<std::vector<std::string>> names;  // none: nothing that folds choose ends it
+    for (const EffectFinding& finding : result.found)
+      if (!all_folds) names.push_back(finding.names());
     result.cross_fit =
         diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.model,
                              task.candidates, options, names, searched ? searched_folds_ : std::vector<FoldResult>{});
@@ -211,7 +212,9 @@ void EffectTests::cross_fit() {
     if (searched) searched_folds_ = result.cross_fit.folds;
   };
   ask();
-  if (result.cross_fit.complete || findings_.are_compared() || result.found.empty()) return;
+  if (result.cross_fit.complete) return;
+  if (agree_on_more(result.cross_fit, findings_.best().state, findings_.model().size())) return ask(true);
+  if (findings_.are_compared() || result.found.empty()) return;
   findings_.compare_with_rivals();  // what folds did without they may have by another name
   ask();
 }

@@ -19,7 +19,8 @@ class EffectTests {
   void run();
 
   /// Cross-fits. Where nothing is named the model stays as it is, and predicts held-out conditions so. Folds search for
-  /// themselves, whatever is asked of them: what they found once they would find again.
+  /// themselves, whatever is asked of them: what they found once they would find again. All are searched where they
+  /// agree on an effect that the model lacks, see follow_folds().
   void cross_fit();
   /// Fits a model on which most folds agree to all data. @returns whether it is better, and taken
   bool follow_folds();

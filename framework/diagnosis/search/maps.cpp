@@ -277,7 +277,9 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
 ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
   if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
   const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
-  return improved(following(std::move(start)), settings.map_trial_rounds, settings.map_converged, following);
+  ModelFit best = following(start);
+  if (best.deviance > deviance_of(problem, start)) best = fit_roughly(problem, std::move(start));  // maps as they were
+  return improved(std::move(best), settings.map_trial_rounds, settings.map_converged, following);
 }
 
 ModelFit fit_with_maps(const Problem& problem, State start) {

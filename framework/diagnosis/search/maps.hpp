@@ -46,7 +46,7 @@ std::vector<Column> map_columns(const Problem& problem, const State& state);
 
 /// As fit(), with maps that follow the other effects.
 ModelFit fit_with_maps(const Problem& problem, State start);
-/// As fit_roughly(), likewise where maps_follow().
+/// As fit_roughly(), likewise where maps_follow(); never worse than the start.
 /// @param start where maps are those of another state
 ModelFit fit_roughly_with_maps(const Problem& problem, State start);
 
