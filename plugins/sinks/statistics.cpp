@@ -58,8 +58,7 @@ struct Statistics final : Sink {
     choose_format();
     if (value.given() && reference.given()) throw ConfigError("reference", "and value exclude each other: write one");
     if (*part != "all" && !reference.given())
-      throw ConfigError("part",
-                        "edges are determined from a reference, which is not given, e.g. reference: true_depth");
+      throw ConfigError("part", "edges come from a reference, which is not given, e.g. reference: true_depth");
     for (const tofgraph_stream* stream : setup.streams()) add_input(*stream);
   }
 
