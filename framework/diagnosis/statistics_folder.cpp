@@ -7,6 +7,7 @@
 #include "diagnosis/shard_records.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/campaign_captures.hpp"
+#include "io/captures/condition_statistics.hpp"
 #include "io/captures/statistics_file.hpp"
 #include "io/output_file.hpp"
 #include "io/sha256.hpp"
