@@ -126,6 +126,7 @@ class Run {
     }
     progress(found_by, "computing values and intervals");
     validate();
+    for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, *problem_, d_->search.after.state);
     if (d_->spread) note(notes_on_spread(*d_->spread));
@@ -302,8 +303,7 @@ class Run {
       }
       effect.fixed = fixed_of(*term.candidate);
       if (t >= d_->model_terms.size()) {
-        EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
-        sort_ties(found.rivals);
+        const EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
         effect.gain = found.gain;
         effect.p_value = found.p_value;
         effect.explained_fraction = found.explained_fraction;

@@ -38,7 +38,7 @@ std::optional<OtherOrder> other_order(const OrderSamples& samples, const physics
 std::vector<physics::Exposures> turned_orders(const physics::Exposures& exposures);
 
 /// Returns true if the light of a frame contradicts an order: brighter surfaces are farther away, or brighter than
-/// white. Light that decreases too fast with the distance is no contradiction: lamps are weaker towards the corners.
+/// white. Light that decreases too fast with the distance does not contradict it: lamps are weaker at corners.
 bool is_contradicted_by_light(const OrderSamples& samples, const physics::Exposures& exposures);
 
 /// Exposures in profile syntax: "[{phase: 0 deg}, {phase: 90 deg}]".

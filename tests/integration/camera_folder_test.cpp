@@ -99,7 +99,7 @@ TEST_F(CameraFolder, APipelineTakesTheCalibrationsByTheNameOfTheCamera) {
   add("lens.yaml offset.yaml");
   EXPECT_NEAR(depth(), 1.5, 1e-3);
   const Outcome explained = tofgraph("explain p.yaml --set statistics.path=other.json");
-  EXPECT_THAT(explained.out, AllOf(HasSubstr("inserts offset_correction behind read"), HasSubstr("32.5 px"),
+  EXPECT_THAT(explained.out, AllOf(HasSubstr("inserts offset_correction after read"), HasSubstr("32.5 px"),
                                    HasSubstr((lab() / "offset/offset.yaml").string()), HasSubstr("serial S1")));
   const Outcome shown = tofgraph("camera show lab --json");
   const json folder = json::parse(shown.out);
@@ -130,7 +130,7 @@ TEST_F(CameraFolder, AWarmUpThatModelAndCalibrationBothKnowIsTakenOutOnce) {
              "model: 1\ncamera: small\neffects:\n  - {effect: zero_offset, offset: 8 mm}\n"
              "  - {effect: warm_up, drift: 20 mm, time_constant: 300 s}\n");
   const std::string notes = add("model.yaml warm.yaml");
-  EXPECT_THAT(notes, AllOf(HasSubstr("warm_up: that of the warm-up calibration is used"), HasSubstr("+10.00 mm")));
+  EXPECT_THAT(notes, AllOf(HasSubstr("warm_up: the one of the warm-up calibration is used"), HasSubstr("+10.00 mm")));
   EXPECT_NEAR(depth(), 1.5, 1e-3);
   record({.time_since_power_on = 0});  // 10 mm of drift remain
   EXPECT_NEAR(depth(), 1.5 + 10e-3, 1e-3);

@@ -152,8 +152,8 @@ TEST_F(ReduceMistakes, MergeNeverReplacesACampaignOfCaptures) {
 }
 
 TEST_F(ReduceMistakes, OtherCommandsSayThatTheyNeedCaptures) {
-  EXPECT_THAT(run("$TOFGRAPH calibrate offset s/campaign.yaml -o none.yaml").err,
-              HasSubstr("holds statistics of a capture, which only diagnose reads"));
+  EXPECT_THAT(run("$TOFGRAPH calibrate noise s/campaign.yaml -o none.yaml").err,
+              HasSubstr("holds statistics of a capture, which only diagnose and calibrations of boards read"));
 }
 
 }  // namespace

@@ -77,7 +77,8 @@ TEST_F(Reduce, SameCalibrationsFromStatisticsAsFromCaptures) {
   }
   EXPECT_TRUE(read_text(home() / "captures_fixed-pattern.maps.h5") ==
               read_text(home() / "statistics_fixed-pattern.maps.h5"));
-  EXPECT_THAT(run("$TOFGRAPH calibrate noise s/campaign.yaml -o noise.yaml").err, HasSubstr("not a capture"));
+  EXPECT_THAT(run("$TOFGRAPH calibrate noise s/campaign.yaml -o noise.yaml").err,
+              HasSubstr("give the campaign of captures"));
 }
 
 TEST_F(Reduce, RunsAgainWithoutRedoingWhatIsThere) {

@@ -185,7 +185,9 @@ std::int64_t CaptureReader::Impl::side(const char* name) const {
 
 void CaptureReader::Impl::read_header() {
   if (h5::text_attribute(h5, "format") == "tofgraph-statistics")
-    throw std::runtime_error("holds statistics of a capture, which only diagnose reads: give the campaign of captures");
+    throw std::runtime_error(
+        "holds statistics of a capture, which only diagnose and calibrations of boards read: give the campaign of "
+        "captures");
   if (h5::text_attribute(h5, "format") != layout::format) {
     throw std::runtime_error(
         fmt::format("is HDF5, but not a capture: its attribute format is '{}', expected '{}'; "
