@@ -103,11 +103,13 @@ void write_pixel_maps(const std::string& file, const std::vector<PixelMapData>& 
   const h5::Handle created(h5::check(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), file), H5Fclose);
   const hsize_t extent[2] = {rows, columns};
   const h5::Handle space(h5::check(H5Screate_simple(2, extent, nullptr), file), H5Sclose);
+  const h5::Handle creation(h5::check(H5Pcreate(H5P_DATASET_CREATE), file), H5Pclose);
+  H5Pset_obj_track_times(creation, false);  // for reproducible files
   for (const PixelMapData& map : maps) {
-    const h5::Handle data(h5::check(H5Dcreate2(created, map.dataset.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT,
-                                               H5P_DEFAULT, H5P_DEFAULT),
-                                    file + ": " + map.dataset),
-                          H5Dclose);
+    const h5::Handle data(
+        h5::check(H5Dcreate2(created, map.dataset.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                  file + ": " + map.dataset),
+        H5Dclose);
     h5::check(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, map.values.data()), file);
     if (!map.unit.empty()) h5::write_text(data, "unit", map.unit);
   }
