@@ -36,7 +36,7 @@ struct Subset {
 
 struct SubsetOptions {
   std::size_t max_effects = settings.max_set_effects;
-  std::size_t kept = settings.kept_sets;  ///< returned sets of each size above one, each of different effects
+  std::size_t kept = settings.kept_sets;        ///< returned sets of each size above one, each of different effects
   std::size_t singles = settings.sure_singles;  ///< returned sets of one effect
   double price = 5;                             ///< deviance per parameter: ln of the number of conditions
   double prior = 1e-4;                          ///< added to the diagonal of the information, see prior_width

@@ -72,7 +72,7 @@ struct Stability {
   std::map<std::string, std::size_t> counts() const;
 };
 
-/// Searches with each distance held out alone, with each target held out alone, and on random halves of the levels
+/// Searches with each distance held out alone, with each target held out alone, and on random halves of the clusters
 /// (Meinshausen and Buehlmann, Stability selection, 2010: halves drawn without replacement vary like bootstrap samples,
 /// and no condition occurs twice). Levels that cannot be held out are skipped.
 /// @param halves number of random halves

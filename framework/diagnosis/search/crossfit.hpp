@@ -58,7 +58,7 @@ struct CrossFit {
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
   struct Depth {
     double before = 0, after = 0;  ///< root mean squares, m
-    bool alone = true;  ///< true: only of folds that chose some of these effects and no others, if most did
+    bool alone = true;             ///< true: only of folds that chose some of these effects and no others, if most did
   };
   Depth depth_with_only(std::span<const std::string> names) const;
 };

@@ -31,7 +31,7 @@ std::vector<Fold> folds_of(const Design& design);
 inline constexpr const char *each_distance = "each distance", *each_target = "each target", *any_half = "a random half";
 /// Each distance alone, then each target, if enough conditions remain.
 std::vector<Fold> single_levels(const Design& design);
-/// Random halves of the levels.
+/// Random halves of the clusters, see clusters_of().
 std::vector<Fold> random_halves(const Design& design, std::size_t count, std::uint64_t seed);
 
 /// Cluster of each condition: those at one distance in one session, which may share errors that no model includes.

@@ -47,7 +47,7 @@ struct Pattern {
   double size = 0;               ///< root mean square, SI
   bool significant = false;      ///< among all patterns together
   double largest = 0;            ///< root mean square in the condition where it is largest
-  double share = 0;              ///< fraction of the excess
+  double share = 0;              ///< fraction of the excess; NaN: unknown
 };
 
 struct PatternScan {
