@@ -31,7 +31,7 @@ struct Subset {
   std::vector<std::size_t> choices;  ///< ascending
   double gain = 0;                   ///< decrease of the deviance
   double merit = 0;                  ///< gain minus the price of the parameters
-  Eigen::VectorXd values;            ///< one per column, choice after choice
+  Eigen::VectorXd values;            ///< values, one per column, choice after choice
 };
 
 struct SubsetOptions {
@@ -66,7 +66,7 @@ struct Alternative {
   };
   const Candidate* candidate = nullptr;  ///< including its refinements
   std::optional<ModelTerm> refines;      ///< refinement of a term of the model; nullopt: a whole effect
-  std::vector<double> values;            ///< of parameters(): chosen nonlinear values, amplitudes off
+  std::vector<double> values;            ///< values of parameters(): nonlinear ones chosen, amplitudes off
   std::vector<Amplitude> parts;
 
   /// Parameters of the effect, or of the refinement.

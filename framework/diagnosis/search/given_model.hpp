@@ -52,7 +52,7 @@ class GivenModel {
 
   const std::vector<Term>& terms() const { return terms_; }
 
-  /// Holds parameters that the data do not determine in the given model alone, or beside one simpler effect that it
+  /// Holds parameters that the data do not determine in the given model alone, or with one simpler effect that it
   /// lacks: a warm-up drift of a camera that was always warm must not replace a constant.
   /// @param candidates effects that may be added @throws simulation::EffectError
   void hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates);

@@ -61,7 +61,7 @@ struct NextCondition {
   std::vector<std::string> effects;
   std::string value;  ///< see Question
   io::Condition condition;
-  double reflectivity = 0;  ///< of its target, as the model estimates it
+  double reflectivity = 0;  ///< reflectivity of its target, as the model estimates it
   /// Difference of the two models there: sqrt(d' C^-1 d), C with jitter, light and the uncertainty of the values.
   double sigma = 0;
   double measured_sigma = 0;   ///< largest sigma of the campaign's own conditions
@@ -105,7 +105,7 @@ struct ModelDistance {
 struct QuestionLinearisation {
   State one;                    ///< without grid bias, with the nuisances of these conditions
   Column rows;                  ///< its expectation
-  std::vector<Column> columns;  ///< of its values and of the targets' light; empty if the campaign determines nothing
+  std::vector<Column> columns;  ///< derivatives by values and light; empty if the campaign determines nothing
 };
 /// @throws simulation::EffectError
 QuestionLinearisation linearise_question(const Problem& problem, const Question& question,

@@ -52,7 +52,7 @@ struct Pattern {
 
 struct PatternScan {
   std::vector<Pattern> patterns;   ///< significant ones, by p-value and gain
-  std::vector<double> gains;       ///< one per basis, minus the expectation of noise
+  std::vector<double> gains;       ///< gain of each basis, minus the expectation of noise
   double most = 0;                 ///< largest of the gains
   double square = 0, freedom = 0;  ///< see Scan
 };

@@ -30,7 +30,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
 
 /// "These conditions cannot distinguish board_tilt from the map of fixed_pattern: ..", for each effect of the setup
 /// that the author of a map in the model lists as confused with it, and that the data do not determine to within its
-/// typical value beside the map. @param candidates effects that the model may lack
+/// typical value when fitted with the map. @param candidates effects that the model may lack
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& fit,
                                                const std::vector<std::unique_ptr<Candidate>>& candidates);
 

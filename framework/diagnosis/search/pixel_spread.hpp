@@ -55,7 +55,7 @@ struct PixelSpread {
   std::size_t rows = 0;
   std::vector<SpreadTerm> terms;
   std::map<std::string, double> light;  ///< factor on each target's amplitude; 1 for the first, to which laws refer
-  double rms = 0, held_out_rms = io::unknown;        ///< of ln(measured / fitted); held_out_rms: each distance held out
+  double rms = 0, held_out_rms = io::unknown;        ///< ln(measured / fitted); held_out_rms: each distance held out
   double within = 0, held_out_within = io::unknown;  ///< fraction of rows within 25 % of the fit
   std::optional<SpreadResidual> residual;            ///< largest significant one
 };

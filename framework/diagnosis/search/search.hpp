@@ -54,7 +54,7 @@ std::vector<std::string> names_of(const std::string& effect, std::span<const Riv
 
 struct EffectFinding {
   const Candidate* candidate = nullptr;
-  std::string name;  ///< of the effect, or "effect.parameter" for a refinement
+  std::string name;  ///< the effect's, or "effect.parameter" for a refinement
   double gain = 0;   ///< increase of the deviance if it is removed
   double p_value = 1;
   double explained_fraction = 0;   ///< gain over that of the best generic pattern in its place
@@ -76,7 +76,7 @@ bool beside_the_same(const State& one, std::span<const std::string> effects, con
 struct SearchResult {
   ModelFit before, after;                      ///< given model, and the model with the effects found
   std::vector<EffectFinding> found;            ///< in the order of after.state.terms, from the first added term
-  std::vector<EffectFinding> refinements;      ///< of any effect of the model
+  std::vector<EffectFinding> refinements;      ///< refinements of any effect of the model
   std::vector<EffectFinding> dropped;          ///< effects that failed a test, in the order of the tests
   std::map<std::string, std::string> refused;  ///< candidates that cannot be used, with reasons
   std::vector<Pattern> where;                  ///< patterns of the gap before the search, by p-value and gain

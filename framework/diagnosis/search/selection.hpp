@@ -38,12 +38,12 @@ struct SearchOptions {
   std::size_t flips = settings.sign_flips;
   std::function<void(const std::string& what)> progress;             ///< may be empty
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
-  Deadline deadline = {};  ///< of the search; its results until then are verified
+  Deadline deadline = {};  ///< for the search; its results until then are verified
   /// Refits a model and holds those of the given values that the data do not determine; nullopt if all are determined.
   /// May be empty.
   std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit)> hold_given;
-  Deadline verification = {};  ///< of the verification; if it passes, the given model is kept
-  Deadline comparison = {};    ///< of the comparison of the written model with rivals
+  Deadline verification = {};  ///< for the verification; if it passes, the given model is kept
+  Deadline comparison = {};    ///< for the comparison of the written model with rivals
 };
 
 /// Model that a selection has reached. Assigning a copy undoes a step.
@@ -272,7 +272,7 @@ class Selection {
   std::size_t left_out() const { return selected_.barred.size() + task_.refused.size(); }
   double left() const { return lack_of_fit(problem(), best()); }
 
-  Deadline deadline_;  ///< of the problem
+  Deadline deadline_;  ///< the problem's deadline
   SelectionTask task_;
   MapSearch maps_{task_};
   BoardFlatnessSearch boards_{task_};
