@@ -35,7 +35,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   std::vector<double> most;           // largest change per effect, see max_normalised_rms()
   for (const auto& candidate : candidates) {
     if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
-    if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // visible with several superpixels
+    if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // each pixel of a board shows it
     result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
     const std::size_t before = together.columns.size();
     most.push_back(0);

@@ -96,8 +96,8 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked,
                    std::vector<FoldResult> known) {
-  // Each fold has its own columns, up to some 500 MB. The first batch is smaller, because it may suffice. The batches
-  // are the same on any machine, because the decision after each depends on them.
+  // Each fold has its own columns, up to some 500 MB. The first batches are smaller, because few folds may decide.
+  // Batches are the same on any machine, because the decision after each depends on them.
   CrossFit result;
   result.clusters = clusters_of(design);
   std::size_t done = known.size();

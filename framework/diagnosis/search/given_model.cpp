@@ -158,7 +158,7 @@ Verification compared_with_given(const CrossFit& known, const Problem& problem, 
 
 namespace {
 
-/// Half width of an interval in typical values; infinite if the data do not determine the parameter.
+/// Half width of an interval over the largest allowed one; infinite if the data do not determine the parameter.
 double relative_width(const FreeParameter& p, const Interval& interval, double variance) {
   if (parameter_status(p, interval, variance) == ParameterStatus::not_determined)
     return std::numeric_limits<double>::infinity();

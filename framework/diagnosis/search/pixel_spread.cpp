@@ -169,7 +169,7 @@ class SpreadFit {
     ceres::TinySolver<SpreadFit> solver;
     solver.options.initial_trust_region_radius = 1e2;
     solver.options.max_num_iterations = 1000;  // including rejected steps
-    // Relative to the number of residuals: at the best fit the sum of squares is about that number.
+    // Absolute change of the sum of squares, which is about the number of residuals at the best fit.
     solver.options.function_tolerance = 1e-9 * NumResiduals();
     solver.Solve(*this, &values_);
   }

@@ -100,7 +100,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   return rivals;
 }
 
-/// Identifiability of the rival's nonlinear parameters.
+/// Identifiability of a rival with a nonlinear parameter other than an angle; empty for other rivals.
 Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candidate& candidate) const {
   const std::size_t term = term_of(fit.state, candidate);
   const auto may_be_anything = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };

@@ -28,7 +28,7 @@ struct Rival {
   bool tied = false;                       ///< these data cannot distinguish the two
   State state = {};                        ///< fitted model with the rival
   std::optional<std::size_t> untold = {};  ///< index of a nonlinear parameter that these data do not determine
-  std::string limit = {};  ///< parameter that reached a limit, so it is not tied although it explains as much; or empty
+  std::string limit = {};  ///< message: a parameter reached a limit, so it is not tied although it does as much; or ""
 
   /// True if it explains as much as the effects it replaces, tied or not.
   bool does_as_much() const { return tied || !limit.empty(); }

@@ -118,9 +118,9 @@ bool Selection::select_beside_nuisances(bool anew) {
   return true;
 }
 
-/// Adds the best set of effects, or if none is worth its parameters, maps; or, if a smooth field is included, updates
-/// its size, if that lowers BIC more. Heights of several boards come first, because sets of effects would imitate them.
-/// @returns true if something was added
+/// Adds the best set of effects; or maps, if none is worth its parameters or nearly all remains unexplained; or updates
+/// a smooth field in use, if that gains more. Heights of several boards come first, because sets of effects would
+/// imitate them. @returns true if something was added
 bool Selection::add_best() {
   const bool lacking = left() >= settings.explained;
   const BoardTrial boards = lacking ? boards_.beside(best().state) : BoardTrial{};
@@ -303,7 +303,7 @@ void Selection::replace_maps() {
 }
 
 /// Estimates nuisances of conditions: misplaced boards, and a residual that is smooth over the image. Called when no
-/// effect helps any more, because either could be mistaken for an effect and hide others.
+/// effect helps any more, because effects and these nuisances can be mistaken for each other.
 /// @returns true if a new nuisance was included
 bool Selection::update_nuisances() {
   ConditionNuisances more = best().state.nuisances;
