@@ -30,7 +30,7 @@ struct SmallCapture {
   std::vector<std::vector<std::uint16_t>> flags;                     ///< for each frame; empty: none
   std::vector<std::int64_t> timestamps;                              ///< ns; default: 100 ms apart
   double frequency = 20e6, time = 1e-3;                              ///< Hz, s
-  std::vector<double> times;                                         ///< s, for each frame; default: time
+  std::vector<double> times;                                         ///< s, one per frame; default: time
   std::vector<double> power_on;                                      ///< s; default: unknown
   double temperature = std::nan("");                                 ///< K
 

@@ -28,13 +28,13 @@ struct OrderFit {
   double white = 0;       ///< median of the reflectivity implied by the light; 0: unknown
 
   double misfit() const { return rest + incoherent; }
-  // Within a part of the image: surfaces of any brightness may stand one behind the other.
+  // Computed within parts of the image, because a surface of any brightness may be in front of another.
   bool is_deep() const { return spread > 0.1; }
   bool rises() const { return is_deep() && rising > 0.5; }
   bool is_steep() const { return is_deep() && falling > 0.5 && slope < -4.5; }
 };
 
-constexpr double max_white = 1.5;  ///< reflectivity that the light may need
+constexpr double max_white = 1.5;  ///< largest reflectivity that the light may imply
 
 double quantile(std::vector<double>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -128,7 +128,7 @@ Exposures turned(Exposures exposures, double sign, double angle) {
   return exposures;
 }
 
-/// Best of the candidates with about the lowest misfit: the one in which light decreases most like 1/distance^2.
+/// Best of the candidates with almost the lowest misfit: the one in which light decreases most like 1/distance^2.
 std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& samples,
                                                          const std::vector<Exposures>& candidates) {
   std::vector<OrderFit> fits;
@@ -140,7 +140,7 @@ std::optional<std::pair<Exposures, OrderFit>> best_order(const OrderSamples& sam
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < fits.size(); ++i) {
     if (fits[i].misfit() > 1.2 * least + 0.01 || fits[i].white > max_white) continue;
-    if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // on ties the first
+    if (!best || fits[i].scatter < 0.95 * fits[*best].scatter) best = i;  // the first if tied
   }
   if (!best) return std::nullopt;
   return std::pair{candidates[*best], fits[*best]};

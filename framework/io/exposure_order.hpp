@@ -33,12 +33,12 @@ struct OtherOrder {
 /// fit and no better order was found.
 std::optional<OtherOrder> other_order(const OrderSamples& samples, const physics::Exposures& exposures);
 
-/// The order rotated as a whole by half a turn and by each of its steps, in both directions; the order itself is first.
-/// The samples of a single pixel fit all of them equally well.
+/// The order shifted by half a turn and by each of its steps, in both directions; the order itself is first. The
+/// samples of a single pixel fit all of them equally well.
 std::vector<physics::Exposures> turned_orders(const physics::Exposures& exposures);
 
-/// Returns true if the light of a frame contradicts an order: brighter surfaces are farther away, or brighter than
-/// white. Light that decreases too fast with the distance does not contradict it: lamps are weaker at corners.
+/// True if the light of a frame contradicts an order: brighter surfaces are farther away, or brighter than white. Light
+/// that decreases too fast with the distance does not contradict it: lamps are weaker towards the corners.
 bool is_contradicted_by_light(const OrderSamples& samples, const physics::Exposures& exposures);
 
 /// Exposures in profile syntax: "[{phase: 0 deg}, {phase: 90 deg}]".

@@ -37,7 +37,7 @@ TEST(HiddenPairs, AnEffectThatGivesNoNumberKeepsNoOtherOut) {
   for (const auto& fold : report.at("folds")) EXPECT_EQ(fold.at("chosen").size(), 2U) << fold;
 }
 
-/// A warm camera has two offsets, whichever of them were found first.
+/// A warm camera has two offsets, whichever effects were found first.
 TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
   const nlohmann::json report = report_of({"warm_up", "amplitude_walk"}, 16007).json;
   EXPECT_EQ(report.at("verdict"), "tie") << report.at("summary");

@@ -68,8 +68,8 @@ class InspectedRecording {
     make_ranges();
   }
 
-  /// @param channel depth or range; `phases` for Mistake::swapped_phases and reversed_phases, which exchange the images
-  /// of 90 and 180, and of 90 and 270 degrees
+  /// @param channel depth or range; `phases` for Mistake::swapped_phases and reversed_phases, which swap the images of
+  /// 90 and 180, and of 90 and 270 degrees
   void write(const std::filesystem::path& file, Mistake mistake, std::string channel = "depth") {
     std::array<double, 5> stated = camera_.k;
     if (mistake == Mistake::k1_missing) stated = {};
@@ -109,8 +109,8 @@ class InspectedRecording {
 
   /// True: the amplitude image is rotated by 180 deg relative to the lengths.
   bool turned_amplitude = false;
-  bool patches = true;  ///< areas of another reflectivity
-  double falloff = 0;   ///< power of the cosine from the axis with which the lamp gets weaker
+  bool patches = true;  ///< areas of different reflectivity
+  double falloff = 0;   ///< the lamp's intensity is cos^falloff of the angle from the axis
   /// Perturbation of depth and amplitude of each pixel: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a condition that may be averaged.
+// Frames of a condition: within the capture, and of a single integration time.
 #include "io/captures/condition_statistics.hpp"
 
 #include <gmock/gmock.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CornersCurved.*
 // Rooms: calibration
-// Corners of large squares behind lenses that bend their edges: no bias, and a focal length within its interval.
+// Corners of large squares imaged by lenses that curve their edges: no bias, and a focal length within its interval.
 #include <gtest/gtest.h>
 
 #include "calibration/corners.hpp"
@@ -19,7 +19,7 @@ constexpr int size = 204;
 
 /// Errors of corners in noise-free images.
 struct Errors {
-  std::vector<double> outward;  ///< px, along the radius from the principal point; by rings of 20 px
+  std::vector<double> outward;  ///< px, sum per 20 px ring of the error away from the principal point
   std::vector<double> count;
   double squares = 0, corners = 0, largest = 0;
   int views = 0;
@@ -52,7 +52,7 @@ void add(const test::TrueLens& lens, const std::vector<Corner>& corners, std::ve
   }
 }
 
-/// Boards all over the image, tilted and turned; squares of 15 to 30 px in its middle.
+/// Errors for boards all over the image, tilted and rotated; squares of 15 to 30 px in its middle.
 Errors errors_of(const test::TrueLens& lens, int count) {
   test::TrueBoard board;
   board.columns = 6;
@@ -90,7 +90,7 @@ Errors errors_of(const test::TrueLens& lens, int count) {
   return errors;
 }
 
-/// @param focal_sds of the fitted focal lengths' errors, at most
+/// Expects a bias and an rms error of corners up to 0.02 px, and focal lengths within 2.5 standard deviations.
 void expect_exact(const char* name, const test::TrueLens& lens) {
   const Errors errors = errors_of(lens, 16);
   ASSERT_EQ(errors.views, 16) << name;

@@ -177,7 +177,7 @@ TEST(MixedModel, HoldsWhatWandersWithinWhatCamerasDo) {
 }
 
 TEST(MixedModel, FindsTheVarianceBetweenConditions) {
-  // One row per condition, g = 1: r is normal with variance 1 + jitter^2; its likeliest value is the mean square.
+  // One row per condition, g = 1: r is normal with variance 1 + jitter^2, whose most likely value is the mean square.
   std::mt19937 generator(5);
   std::normal_distribution<double> normal;
   std::vector<Gram> grams;

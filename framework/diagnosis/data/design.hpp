@@ -54,7 +54,7 @@ class Design {
   bool physical() const { return physical_; }
   std::size_t size() const { return conditions_.size(); }
   const std::vector<io::Condition>& conditions() const { return conditions_; }
-  /// Scale of the position errors of the boards as the campaign states it, m; infinity: it does not.
+  /// Scale of the position errors of the boards as the campaign states it, m; infinity: unstated.
   double jitter() const { return jitter_; }
   const simulation::Acquisition& acquisition(std::size_t condition) const { return shots_[condition]; }
   const simulation::Pixels& pixels() const { return pixels_; }

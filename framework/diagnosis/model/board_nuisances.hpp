@@ -18,7 +18,7 @@ struct BoardOffsets {
   double sd = 0;              ///< m, robust, of most boards
 };
 
-/// Distance error of each board beside a model and its shared nuisances. The influence of the light, which amplitudes
+/// Distance error of each board, given a model and its shared nuisances. The influence of the light, which amplitudes
 /// determine, is subtracted first: stray light changes distances less on a brighter board.
 BoardOffsets board_offsets_of(const Problem& problem, const State& state);
 

@@ -71,7 +71,7 @@ struct Boards {
   double cost = 0;  ///< contribution to the deviance: the prior of the heights, and the determinant of their posterior
 };
 
-/// Nuisances of single conditions, estimated beside a model.
+/// Nuisances of single conditions, estimated together with a model.
 struct ConditionNuisances {
   std::vector<double> jitter_scale = {};  ///< factor on the usual jitter of each board's position; empty: 1
   std::shared_ptr<const SmoothField> smooth_field = nullptr;  ///< part of the noise of the superpixels; null: none

@@ -116,7 +116,7 @@ std::optional<double> lower_contrast(const Design& design, const Observations& d
   return physics::median(lower);
 }
 
-/// ln of the profile's contrast over the estimated one, beside a model, for a problem that has it as an unknown.
+/// ln of the profile's contrast over the estimated one, given a model, for a problem that has it as an unknown.
 struct Lower {
   double value = 0, variance = 0;
 };

@@ -31,7 +31,7 @@ Nuisances nuisances_of(const Design& design, bool contrast = false);
 /// Root mean square over the conditions of a drift. @param sd standard deviation of its first half cosine
 double drift_of(const Design& design, double sd);
 
-// ---- Contrast of the demodulation, a / 2I, estimated from the taps of a campaign beside a model ----
+// ---- Contrast of the demodulation, a / 2I, estimated from the taps of a campaign together with a model ----
 
 struct Problem;
 struct State;
@@ -46,7 +46,7 @@ struct MeasuredContrast {
   std::string text() const;
 };
 
-/// Contrast beside a model; nullopt without intensities. @param lack_of_fit chi-square over its expectation
+/// Contrast given a model; nullopt without intensities. @param lack_of_fit chi-square over its expectation
 std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State& state, double lack_of_fit);
 
 // ---- Decision whether a search estimates the contrast ----

@@ -15,7 +15,7 @@ namespace tofgraph::diagnosis {
 namespace {
 
 constexpr double rounding = 1e-13;      ///< of a sum of products
-constexpr double held_already = 1e-10;  ///< least remaining fraction of a column's information beside the unknowns
+constexpr double held_already = 1e-10;  ///< least fraction of a column's information beyond the unknowns
 
 /// Projection on the held unknowns, which is subtracted from everything else.
 struct Held {

@@ -27,7 +27,7 @@ struct Score {
   double dimension = 0;              ///< number of columns that the data determine
   double p_value = 1;                ///< of the largest score of all groups, by sign flips of whole conditions
   double own_p_value = 1;            ///< of this group alone, to control the false discovery rate
-  double stays = 1;                  ///< conditions per run, which flip together: what they share counts once
+  double stays = 1;                  ///< conditions per run, which flip together: common parts count once
   double effective_sample_size = 0;  ///< units that carry the gain; if few, flips cannot prove significance
   Eigen::VectorXd values;            ///< of the columns
   Eigen::MatrixXd information;       ///< of the columns, nuisances projected out
@@ -52,7 +52,7 @@ struct Scan {
 
 struct Products;
 
-/// Scores of the same columns at several variances between conditions; what does not depend on them is computed once.
+/// Scores of the same columns at several variances between conditions; parts independent of them are computed once.
 class Scanner {
  public:
   /// @param problem must outlive the scanner @param fit whose jacobian is projected out

@@ -53,7 +53,7 @@ struct SmoothFieldTrial {
   std::vector<Eigen::Index> runs = {};              ///< see runs_of()
   double gain = 0;
 };
-/// Smooth field of least deviance beside a fit. Null if it lasts for nearly half of the campaign or longer: such a
+/// Smooth field of least deviance, given a fit. Null if it lasts for nearly half of the campaign or longer: such a
 /// field cannot be distinguished from a pattern of the camera.
 SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit);
 

@@ -110,7 +110,7 @@ std::string model_yaml(const Diagnosis& diagnosis);
 std::string next_condition_yaml(const Diagnosis& diagnosis);
 inline constexpr const char* next_condition_name = "next_condition.yaml";
 inline constexpr const char* map_file_name = "maps.h5";
-inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< beside report.json, unless empty
+inline constexpr const char* unexplained_map_name = "unexplained.svg";  ///< in the folder of report.json, unless empty
 /// Writes the maps that the extended model names, beside it; without estimated maps, removes those of an earlier
 /// search. @throws std::runtime_error
 void write_maps(const Diagnosis& diagnosis, const std::filesystem::path& folder, io::OutputFiles& files);

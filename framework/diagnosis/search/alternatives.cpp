@@ -15,7 +15,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Values of a nonlinear parameter that is not an angle. @param many where it is the only one of an effect
+/// Values of a nonlinear parameter that is not an angle. @param many more values, if it is the only one of an effect
 std::vector<double> range(const FreeParameter& nonlinear, bool many) {
   static constexpr double all[] = {0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5, 5}, few[] = {0.3, 1, 3};
   std::vector<double> values;
@@ -26,7 +26,7 @@ std::vector<double> range(const FreeParameter& nonlinear, bool many) {
   return values;
 }
 
-/// Shapes of some parameters, all combinations; sizes are off, angles zero or as near as their bounds allow.
+/// All combinations of nonlinear values of some parameters; amplitudes off, angles zero or as near as bounds allow.
 std::vector<std::vector<double>> shapes_of(std::span<const FreeParameter> parameters) {
   const auto varied = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
   const auto count = std::ranges::count_if(parameters, varied);
@@ -40,10 +40,10 @@ std::vector<std::vector<double>> shapes_of(std::span<const FreeParameter> parame
   return combinations(values);
 }
 
-/// The columns of some parameters of an effect, at one combination of their shapes.
+/// Columns of some parameters of an effect, at one combination of their nonlinear values.
 struct Block {
   std::vector<double> values;
-  std::vector<Alternative::Amplitude> parts;  ///< counted among the block's parameters
+  std::vector<Alternative::Amplitude> parts;  ///< indices among the block's parameters
   std::vector<Eigen::Index> columns;
 };
 
@@ -58,7 +58,7 @@ class Builder {
       const auto alone = [&](const std::vector<double>& values) { return with({&candidate, values}); };
       std::vector<Block> roots;
       for (const std::vector<double>& values : shapes_of(candidate.free()))
-        roots.push_back(block(candidate.free(), values, alone, rows_));  // where it is off it changes nothing
+        roots.push_back(block(candidate.free(), values, alone, rows_));  // an effect that is off changes nothing
       std::vector<Block> refinements;
       for (std::size_t r = 0; r < candidate.refinements().size(); ++r) refinements.push_back(refinement(candidate, r));
       for (const Block& root : roots) combine(candidate, effect, root, refinements);
@@ -68,7 +68,7 @@ class Builder {
     }
   }
 
-  /// Refinements that a term of the state does not have. Those that give no number are left out.
+  /// Adds refinements that a term of the state lacks. Those that fail are left out.
   void refine(std::size_t t, std::size_t& effect) {
     const Candidate& candidate = *state_.terms[t].candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
@@ -104,7 +104,7 @@ class Builder {
     return more;
   }
 
-  /// @param place makes the state that has some values of the parameters @param without rows of that with the sizes off
+  /// @param place makes the state with given values of the parameters @param without rows of it with the amplitudes off
   template <class Place> Block block(std::span<const FreeParameter> parameters, const std::vector<double>& values,
                                      const Place& place, const Column& without) {
     Block result{values, {}, {}};
@@ -130,7 +130,7 @@ class Builder {
     result_.group.columns.push_back(std::move(column));
   }
 
-  /// Usual values of the effect: a refinement of one that is off may change nothing.
+  /// At usual values of the effect, because a refinement of an effect that is off may change nothing.
   Block refinement(const Candidate& candidate, std::size_t r) {
     std::vector<double> usual;
     for (const FreeParameter& p : candidate.free()) usual.push_back(p.nonlinear ? p.typical : p.off + p.step());
@@ -189,10 +189,10 @@ bool are_collinear(const Problem& problem, const Column& a, const Column& b) {
   return std::pow(product_of(problem, a, b), 2) > settings.collinear * settings.collinear * square;
 }
 
-/// An effect of which these conditions determine no nonlinear parameter, and whose amplitude does what a simpler one
-/// does: a warm-up of a camera that was always warm is a constant.
+/// True for an effect of which these conditions determine no nonlinear parameter, and whose amplitude changes the same
+/// as a simpler effect: a warm-up of a camera that was always warm is a constant.
 bool repeats_simpler_effect(const Problem& problem, const Alternatives& all, std::size_t effect) {
-  std::vector<const std::vector<Eigen::Index>*> forms;  // its columns, without refinements
+  std::vector<const std::vector<Eigen::Index>*> forms;  // columns of the effect, without refinements
   const auto column = [&](Eigen::Index c) -> const Column& { return all.group.columns[static_cast<std::size_t>(c)]; };
   for (std::size_t c = 0; c < all.list.size(); ++c) {
     if (all.choices[c].effect == effect && all.list[c].candidate == &all.list[c].candidate->root())
@@ -278,7 +278,7 @@ Alternatives alternatives_beside(const Problem& problem, const State& state, con
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
   for (std::size_t t = 0; t < state.terms.size(); ++t) builder.refine(t, effect);
   Alternatives result = builder.result();
-  std::map<Eigen::Index, Eigen::Index> moved;  // columns, of which alternatives share some
+  std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {
     const Candidate& candidate = *some.list[a].candidate;
     if (is_in(state, candidate) || std::ranges::find(but, &candidate.root()) != but.end()) continue;

@@ -11,7 +11,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Columns e of the unit ball: an orthonormal frame of the determined part of a block of the information.
+/// Basis of the determined part of a block, orthonormal in the metric of the information. Sets norm and rank.
 Eigen::MatrixXd frame(const Eigen::MatrixXd& block, Visibility& seen) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(block);
   const Eigen::ArrayXd values = solver.eigenvalues().array().max(0).sqrt();
@@ -31,11 +31,11 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
   Audit result;
   Group together{"all", {}};
-  std::vector<Eigen::Index> columns;  // of each effect
-  std::vector<double> most;           // that they change, see max_normalised_rms()
+  std::vector<Eigen::Index> columns;  // number of columns per effect
+  std::vector<double> most;           // largest change per effect, see max_normalised_rms()
   for (const auto& candidate : candidates) {
     if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
-    if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // seen wherever pixels are
+    if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // each pixel of a board shows it
     result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
     const std::size_t before = together.columns.size();
     most.push_back(0);

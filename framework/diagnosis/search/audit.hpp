@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Effects that a design can show, before any residual is looked at.
+/// @file Effects that a design can reveal, determined without any residual.
 #pragma once
 
 #include "diagnosis/model/scan.hpp"
@@ -11,15 +11,15 @@ namespace tofgraph::diagnosis {
 
 struct Visibility {
   const Candidate* candidate = nullptr;
-  double norm = 0;       ///< of the signature at the typical size, in standard deviations
-  std::size_t rank = 0;  ///< parameters that the design determines
-  /// Share of the typical size that would be found: enough standard deviations, and in some condition as much as
-  /// matters (practical_threshold). Of an effect with several sizes the one that shows best counts for each.
+  double norm = 0;       ///< norm of the signature at the typical value, in standard deviations
+  std::size_t rank = 0;  ///< number of parameters that the design determines
+  /// Smallest detectable size over the typical value: enough standard deviations, and in some condition at least
+  /// practical_threshold. For an effect with several amplitudes the most visible one counts.
   double smallest = 0;
-  bool blind = false;  ///< at its typical size it shows in too few standard deviations, or changes too little
+  bool blind = false;  ///< at its typical value too few standard deviations, or too small a change
 };
 
-/// Two effects whose signatures this design hardly tells apart.
+/// Two effects whose signatures this design hardly distinguishes.
 struct Alike {
   const Candidate *first = nullptr, *second = nullptr;
   double cosine = 0;  ///< largest principal cosine
@@ -30,7 +30,7 @@ struct Audit {
   std::vector<Alike> alike;
 };
 
-/// @param model terms that are in the model; their candidates are not looked at
+/// @param model terms of the model; their candidates are skipped
 Audit audit(const Problem& problem, const std::vector<Term>& model,
             const std::vector<std::unique_ptr<Candidate>>& candidates);
 

@@ -9,8 +9,8 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Calls f(parameter, value) for what goes on as it went: neither maps nor angles, which have no end to go to.
-/// @param state const or not, as the values then are
+/// Calls f(parameter, value) for the values that can be extrapolated: neither maps nor angles, which are periodic.
+/// @param state const or not; the values are accordingly
 template <class S, class F> void for_each_steady(S& state, F f) {
   for (auto& term : state.terms) {
     for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
@@ -19,7 +19,7 @@ template <class S, class F> void for_each_steady(S& state, F f) {
   }
 }
 
-/// In typical values.
+/// Values in typical values.
 Eigen::VectorXd steady_values(const State& state) {
   std::vector<double> values;
   for_each_steady(state, [&](const FreeParameter& p, double value) { values.push_back(value / std::abs(p.typical)); });
@@ -34,7 +34,7 @@ State with_steady_values(State state, const Eigen::VectorXd& values) {
   return state;
 }
 
-/// Deviance of a model together with its boards: shapes cost the deviance what being any shape is worth.
+/// Deviance of a model including the cost of its board heights: their prior and determinant.
 double deviance_with_boards(const ModelFit& fit) {
   return fit.deviance + (fit.state.nuisances.boards ? fit.state.nuisances.boards->cost : 0);
 }
@@ -47,7 +47,7 @@ BoardTrial BoardFlatnessSearch::beside(const State& state) {
   return shapes_->trial(task_.problem, state);
 }
 
-/// Fits boards and effects once. @returns whether there are boards, and both together fit better
+/// Fits boards and effects once. @returns true if there are boards, and both together fit better
 bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
   const double before = deviance_with_boards(fit);
   if (!fit.state.nuisances.boards) return false;
@@ -57,9 +57,9 @@ bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
   return before - deviance_with_boards(fit) >= settings.board_converged;
 }
 
-/// Boards and effects that look alike would take from each other in small steps for ever: after two of these the values
-/// go on as the two differ (SQUAREM, R. Varadhan and C. Roland, Scandinavian Journal of Statistics 35, 2008, scheme
-/// S3), and come back where they went too far.
+/// Boards and effects with similar signatures would converge slowly: after two steps the values are extrapolated from
+/// the difference of the steps (SQUAREM, R. Varadhan and C. Roland, Scandinavian Journal of Statistics 35, 2008, scheme
+/// S3), and restored if the extrapolation went too far.
 ModelFit BoardFlatnessSearch::refit(ModelFit fit) {
   for (int round = 0; round < settings.board_max_rounds; ++round) {
     const Eigen::VectorXd start = steady_values(fit.state);
@@ -67,14 +67,14 @@ ModelFit BoardFlatnessSearch::refit(ModelFit fit) {
     const Eigen::VectorXd first = steady_values(fit.state);
     if (!refit_once(fit)) return fit;
     const Eigen::VectorXd second = steady_values(fit.state), step = first - start, bend = second - first - step;
-    if (!(bend.norm() > 0) || !(step.norm() > bend.norm())) continue;  // it comes to an end by itself
+    if (!(bend.norm() > 0) || !(step.norm() > bend.norm())) continue;  // converges without extrapolation
     const double length = step.norm() / bend.norm();
     ModelFit farther = fit;
     try {
       farther.state = with_steady_values(fit.state, start + 2 * length * step + length * length * bend);
       refit_once(farther);
       if (deviance_with_boards(farther) <= deviance_with_boards(fit)) fit = std::move(farther);
-    } catch (const simulation::EffectError&) {  // too far: it stays
+    } catch (const simulation::EffectError&) {  // too far: the fit is kept
     }
   }
   return fit;

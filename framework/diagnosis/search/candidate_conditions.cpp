@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of conditions that could be measured next, and the noise that they would have.
+// List of conditions that could be measured next, and their expected noise.
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/search/next_condition.hpp"
 #include "simulation/simulation.hpp"
@@ -18,9 +18,9 @@ namespace {
 constexpr double tilt = 20 * std::numbers::pi / 180;  ///< rad
 constexpr std::size_t max_distances = 6, max_times = 3, max_targets = 3;
 constexpr double too_dark = 10;  ///< as for measured superpixels: amplitude in standard deviations of its mean
-constexpr double full = 0.98;    ///< of the full well, likewise
+constexpr double full = 0.98;    ///< fraction of the full well, as for measured superpixels
 
-/// A few of them, the ends included.
+/// Some of the levels, evenly spaced, including both ends.
 template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::size_t count) {
   if (levels.size() <= count) return levels;
   std::vector<T> some;
@@ -57,13 +57,13 @@ class Reach {
   bool has(const io::Condition& condition) const { return farthest(condition) <= most_; }
 
  private:
-  /// The longest path from the board to a pixel, m.
+  /// Longest path from the board to a pixel, m.
   double farthest(const io::Condition& condition) const {
     std::vector<simulation::Hit> hits(pixels_.size());
     simulation::board_tracer(camera_.focal_length, pose_of(condition))({}, pixels_.rays, hits);
     double longest = 0;
     for (const simulation::Hit& hit : hits) {
-      if (std::isfinite(hit.return_path)) longest = std::max(longest, hit.return_path);  // not of pixels without a ray
+      if (std::isfinite(hit.return_path)) longest = std::max(longest, hit.return_path);  // skips pixels without a ray
     }
     return longest;
   }
@@ -73,7 +73,7 @@ class Reach {
   double most_;  ///< m
 };
 
-/// Those of the campaign's boards, a few of them. @returns rising
+/// Some of the integration times of the campaign's boards, s. @returns ascending
 std::vector<double> measured_times(const Design& design) {
   std::set<double> levels;
   for (const io::Condition& c : design.conditions()) {
@@ -82,10 +82,10 @@ std::vector<double> measured_times(const Design& design) {
   return thinned(std::vector(levels.begin(), levels.end()), max_times);
 }
 
-/// And shorter and longer ones as far as the camera can be set to them.
+/// Integration times including shorter and longer ones that the camera can be set to, s.
 std::vector<double> times_of(const Design& design) {
   std::vector<double> chosen = measured_times(design);
-  // What the profile does not tell is NaN, which fmax and fmin pass over.
+  // Limits that the profile does not state are NaN, which fmax and fmin ignore.
   const double shorter = std::fmax(chosen.front() / 2, design.camera().integration_time[0]),
                longer = std::fmin(2 * chosen.back(), design.camera().integration_time[1]);
   if (shorter < chosen.front()) chosen.insert(chosen.begin(), shorter);
@@ -93,14 +93,14 @@ std::vector<double> times_of(const Design& design) {
   return chosen;
 }
 
-/// Seconds since power-on; NaN where no condition knows it.
+/// Latest time since power-on, s; NaN if no condition states it.
 double latest_of(const Design& design) {
   double latest = io::unknown;
   for (const io::Condition& c : design.conditions()) latest = std::fmax(latest, c.time_since_power_on);
   return latest;
 }
 
-/// A capped lens may be exposed as long as the camera can, or the profile knows: nothing from outside fills the well.
+/// Adds the camera's longest integration time if the profile states it: with a capped lens no light fills the well.
 std::vector<double> capped_times_of(const Design& design, std::vector<double> times) {
   const double longest = design.camera().integration_time[1];
   if (longest > times.back()) times.push_back(longest);
@@ -109,9 +109,9 @@ std::vector<double> capped_times_of(const Design& design, std::vector<double> ti
 
 using Surroundings = std::function<void(io::Condition&)>;
 
-/// Conditions with one unusual setting each, as far as this camera and this campaign can have it: a
-/// camera that was on for longer or was off, one of its sources alone, a lamp, a covered rail, a laser that tells the
-/// distance, a camera that is turned.
+/// Conditions with one unusual setting each, as far as this camera and this campaign allow it: a camera that was on for
+/// longer or was off, one of its sources alone, a lamp, a covered rail, a laser that measures the distance, a camera
+/// that is turned.
 std::vector<Surroundings> surroundings_of(const Design& design) {
   constexpr double quarter = std::numbers::pi / 2;
   const auto& conditions = design.conditions();
@@ -133,12 +133,12 @@ std::vector<Surroundings> surroundings_of(const Design& design) {
   return all;
 }
 
-/// With nothing of what surroundings_of() changes.
+/// True without any setting that surroundings_of() changes.
 bool is_plain(const io::Condition& c) {
   return c.sources.empty() && c.ambient == "dark" && c.rail != "covered" && c.reference != "laser" && c.roll == 0;
 }
 
-/// A condition of each target, a plain one where there is one, from the darkest to the brightest.
+/// One condition of each target, a plain one if there is one, from the darkest to the brightest.
 std::vector<io::Condition> targets_of(const Problem& problem, std::span<const double> light) {
   std::map<std::string, std::pair<double, std::size_t>> brightness;
   const auto& conditions = problem.design.conditions();
@@ -158,7 +158,7 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
   return chosen;
 }
 
-/// Settings of a condition that was measured, without what is of that measurement alone.
+/// Settings of a measured condition, without those that apply to that measurement only.
 io::Condition as_next(io::Condition c) {
   c.id = "next";
   c.places.clear();
@@ -189,7 +189,7 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
   const std::vector<double> times = times_of(design), distances = distances_of(design);
   const std::vector<Surroundings> surroundings = surroundings_of(design);
   std::vector<io::Condition> all;
-  // Without amplitudes a capped lens says nothing.
+  // Without amplitudes a capped lens gives no information.
   const bool capped_tells = problem.light_seen() && design.superpixels() > 1;
   for (const double time : capped_tells ? capped_times_of(design, times) : std::vector<double>{}) {
     io::Condition capped;
@@ -212,7 +212,7 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
           c.integration_time = time;
           all.push_back(c);
           const bool other_time = time < measured.front() || time > measured.back();
-          if (x != 0 || y != 0 || other_time) continue;  // one thing at a time
+          if (x != 0 || y != 0 || other_time) continue;  // one change at a time
           for (const Surroundings& change : surroundings) {
             all.push_back(c);
             change(all.back());
@@ -247,7 +247,7 @@ NoiseLaw::NoiseLaw(const Problem& problem, std::span<const double> light) {
     Law& law = laws_[o];
     law.known = normal(0, 0) > 0;
     if (!law.known) continue;
-    // Scaled, as counts^2 and counts are orders apart; neither part is below zero.
+    // Scaled, because counts^2 and counts differ by orders of magnitude; neither part is below zero.
     const Eigen::Vector2d scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::Matrix2d scaled = scale.asDiagonal() * normal * scale.asDiagonal();
     const Eigen::Vector2d both =
@@ -277,7 +277,7 @@ Observations NoiseLaw::blank(const Design& design, std::size_t condition, double
     if (!(result.variance[amplitude * n + s] * too_dark * too_dark < 1) && laws_[amplitude].known) {
       for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] = none;
     }
-    if (!lit) {  // taps may be clipped at zero: one superpixel with the noise of a pixel, as where it was measured
+    if (!lit) {  // taps may be clipped at zero: one superpixel with the noise of a pixel, as in measurements
       for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] *= pixels_a_superpixel;
       if (std::isfinite(result.variance[amplitude * n + s])) break;
     }

@@ -20,7 +20,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// The only one that was found is the truth, or cannot be told from it; or several that it may stand for.
+/// True if the only effect found is the truth or tied with it, or if the truth is tied with all found together.
 bool right(const SearchResult& result, const Candidate& truth) {
   const bool alone = result.found.size() == 1;
   const auto is_right = [&](const EffectFinding& found) {
@@ -31,7 +31,7 @@ bool right(const SearchResult& result, const Candidate& truth) {
   return !result.found.empty() && std::ranges::all_of(result.found, is_right);
 }
 
-/// Text of the cases of this rank, and back.
+/// Text form of the cases of this rank, and its parser.
 std::string text_of(const std::map<std::size_t, CaseOutcome>& cases) {
   std::string text;
   for (const auto& [k, outcome] : cases) text += fmt::format("{} {:d} {:d}\n", k, outcome.named, outcome.right);
@@ -69,7 +69,7 @@ Confidence confidence(const Problem& problem, const std::vector<Term>& model,
   std::map<std::size_t, CaseOutcome> outcomes;
   std::size_t turn = 0;
   for (std::size_t k = 0; k < cases; ++k) {
-    // The turn does not depend on the files, which other ranks and runs write meanwhile.
+    // The turn does not depend on the files, because other ranks and runs write them at the same time.
     const bool mine = division.shard.has(k) && turn++ % ranks.size() == ranks.rank();
     if (const auto before = division.load ? division.load(k) : std::nullopt) {
       outcomes[k] = *before;
@@ -94,12 +94,12 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   State whole = state;
-  update_grid_bias(problem, whole);            // as captures are reduced: all over the superpixels
-  const auto rows = expected(problem, whole);  // on the boards as they are
+  update_grid_bias(problem, whole);            // captures are averaged over whole superpixels
+  const auto rows = expected(problem, whole);  // with the boards' flatness
   std::vector<Observations> result = problem.data;
-  Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // a wander, sessions
+  Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // drift, sessions
   for (std::size_t u = 0; u < problem.nuisances.sd.size(); ++u) {
-    const bool drawn = problem.nuisances.sd[u] != &RandomEffectSd::contrast;  // which is what it is
+    const bool drawn = problem.nuisances.sd[u] != &RandomEffectSd::contrast;  // a constant of the camera
     const double sd = drawn ? state.random_sd.*problem.nuisances.sd[u] : 0;
     shared(static_cast<Eigen::Index>(u)) = sd > 0 ? sd * normal(generator) : 0;
   }
@@ -111,7 +111,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
     for (const Shared& one : problem.nuisances.of_condition[i])
       if (one.direction != contrast_direction)
         (one.direction == uniform_direction ? uniform : light) += one.factor * shared(one.unknown);
-    Eigen::VectorXd smooth_field;  // of the distances, which come first
+    Eigen::VectorXd smooth_field;  // in the distances, which are the first rows
     if (state.nuisances.smooth_field) smooth_field = state.nuisances.smooth_field->drawn(i, generator);
     for (std::size_t row = 0; row < rows[i].size(); ++row) {
       if (std::isinf(result[i].variance[row])) continue;

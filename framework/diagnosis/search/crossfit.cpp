@@ -37,7 +37,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     selection.linearise();
     if (options.max_effects > 0) selection.forward_select();
     Prediction prediction(held, fold);
-    // The model as it was is not refitted, only the reflectivities are.
+    // The given model is not refitted, only its reflectivities are.
     State as_it_was{model, selection.original().state.log_reflectivity, selection.original().state.random_sd};
     if (!model.empty()) update_grid_bias(training.problem, as_it_was);
     prediction.before(fit_nuisances(training.problem, as_it_was).state);
@@ -64,15 +64,15 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   return result;
 }
 
-/// Two sums of each condition, over all the folds that put it aside: it is one and the same measurement in each. Or of
-/// each cluster of conditions.
+/// Two sums per condition, over all the folds that hold it out, because they use the same measurement; or two sums per
+/// cluster of conditions.
 using Sums = std::map<std::size_t, std::array<double, 2>>;
 
 void add(std::array<double, 2>& sums, const std::array<double, 2>& more) {
   for (std::size_t s = 0; s < sums.size(); ++s) sums[s] += more[s];
 }
 
-/// Ends of the 95 % interval of what a function makes of sums over conditions, which are drawn with replacement.
+/// Ends of the bootstrap 95 % interval of a function of sums over conditions.
 template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uint64_t seed, const F& of) {
   std::vector<std::array<double, 2>> conditions;
   for (const auto& [one, sums] : of_each) conditions.push_back(sums);
@@ -96,8 +96,8 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked,
                    std::vector<FoldResult> known) {
-  // Each has columns of its own, up to some 500 MB; the first are fewer, as after them it may be known. The same on any
-  // machine, as what is asked after them decides.
+  // Each fold has its own columns, up to some 500 MB. The first batches are smaller, because few folds may decide.
+  // Batches are the same on any machine, because the decision after each depends on them.
   CrossFit result;
   result.clusters = clusters_of(design);
   std::size_t done = known.size();
@@ -106,7 +106,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   SearchOptions quiet = options;
   quiet.progress = {};
   std::atomic<std::size_t> finished = done;
-  // Of those that must choose an effect as many may do without it.
+  // Number of folds that may do without an effect.
   const auto may_miss =
       static_cast<std::size_t>((1 - settings.min_chosen_fraction) * static_cast<double>(folds.size()) + 1e-9);
   const auto refuted = [&](const std::vector<std::string>& names) {
@@ -122,7 +122,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
     if (options.progress)
       options.progress(fmt::format("predicting held-out conditions, {} of {}", done + 1, folds.size()));
     tbb::parallel_for(done, end, [&](std::size_t f) {
-      // Else a thread that waits within one would begin another one on top of it.
+      // Without isolation a thread that waits within one fold would start another one in it.
       tbb::this_task_arena::isolate(
           [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
       if (options.fold_done) options.fold_done(++finished, folds.size());
@@ -153,7 +153,7 @@ double CrossFit::chosen_fraction(const std::vector<std::string>& names) const {
 }
 
 CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
-  Sums of_clusters;  // squares, and their number
+  Sums of_clusters;  // sums of squares, and their number
   double before = 0, after = 0, count = 0;
   for (const FoldResult& fold : folds) {
     if (!setting.empty() && fold.fold.setting != setting) continue;
@@ -188,11 +188,11 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
 
 HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
                                            std::uint64_t seed) {
-  Sums conditions;  // without, with
+  Sums conditions;  // chi-squares without and with the effect
   HeldOutImprovement improvement;
   double depth_without = 0, depth_with = 0, count = 0;
   std::vector<double> taken_out_of_each, with_of_each;
-  // Where a fold chose two that are alike, one of them without the other says nothing of what both do.
+  // If a fold chose two similar effects, removing one of them does not show what both contribute.
   const auto single = [&](const FoldResult& fold) {
     return std::ranges::count_if(fold.chosen,
                                  [&](const auto& one) { return std::ranges::find(names, one) != names.end(); }) == 1;

@@ -15,7 +15,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Derivatives by the targets' ln reflectivities: one column a target.
+/// Appends derivatives with respect to the targets' ln reflectivities, one column per target.
 void append_light(const Problem& problem, const State& state, std::vector<Column>& columns) {
   for (std::size_t t = 0; t < problem.targets.size(); ++t) {
     Column& column = columns.emplace_back(problem.design.size(), std::vector<double>(problem.design.rows(), 0));
@@ -26,16 +26,16 @@ void append_light(const Problem& problem, const State& state, std::vector<Column
   }
 }
 
-/// Derivatives by a model's values and by the targets' light.
+/// Derivatives with respect to a model's values and to the targets' ln reflectivities.
 std::vector<Column> columns_of(const Problem& problem, const State& model, const Column& rows) {
   std::vector<Column> columns = jacobian(problem, model, rows);
   append_light(problem, model, columns);
   return columns;
 }
 
-/// Distance of the data of one model from another, whose values may change as far as the campaign leaves them open.
-/// @param data that the one expects, and @param rows the other, @param other @param values_of_other its values' columns
-/// @param told of these; empty: they stay as they are
+/// Distance of a model from the data of another, if its values may change within the uncertainty that the campaign
+/// leaves. @param data expectation of the one @param other the other model, @param rows its expectation
+/// @param values_of_other columns of its values @param information on these; empty: they are fixed
 ModelDistance between(const Problem& problem, const Column& data, const State& other, const Column& rows,
                       const std::vector<Column>& values_of_other, const Eigen::MatrixXd& information) {
   const RandomEffectSd& sd = other.random_sd;
@@ -60,7 +60,7 @@ ModelDistance between(const Problem& problem, const Column& data, const State& o
     square = std::max(square, 0.0);
     std::vector<double> rest = result.left[i];
     const auto taken = project_out_nuisances(problem, other, i, rest);
-    if (normalised_rms(problem, i, rest) < 1)  // only as much as the board, the camera's offset and the light differ by
+    if (normalised_rms(problem, i, rest) < 1)  // no more than the variation of board position, camera offset and light
       square = std::min(square, std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
                                     std::pow(taken(2) / sd.light, 2));
     result.sigma.push_back(std::sqrt(square));
@@ -129,14 +129,14 @@ ModelDistance model_distance(const Problem& problem, const QuestionLinearisation
   return nearer;
 }
 
-// ---- What a search leaves open ----
+// ---- Open questions of a search ----
 
 namespace {
 
-constexpr double stays = 1e6;  ///< one over the variance of a value that is asked for, in its typical ones
+constexpr double stays = 1e6;  ///< information that fixes a value, in typical values^-2
 
-/// A state with its parameters and reflectivities moved so that it expects what is wanted, as nearly as they can, in a
-/// linear step. @param held a parameter that stays, at its place among those of all terms
+/// State with its parameters and reflectivities moved in one linear step so that its expectation is as near to the
+/// wanted one as possible. @param held index of a fixed parameter among those of all terms
 State likened(const Problem& problem, State state, const Column& wanted, std::optional<std::size_t> held = {}) {
   std::vector<Observations> data = problem.data;
   for (std::size_t i = 0; i < data.size(); ++i) data[i].value = wanted[i];
@@ -158,8 +158,8 @@ State likened(const Problem& problem, State state, const Column& wanted, std::op
   return state;
 }
 
-/// States for each amplitude of an effect at half its typical value.
-/// @param told of the state's values, see Question
+/// Questions about each amplitude of a blind effect at half its typical value.
+/// @param information on the state's values, see Question
 std::vector<Question> blind_questions(const Problem& problem, const State& state, const Eigen::MatrixXd& information,
                                       const Candidate& candidate) {
   std::vector<Question> questions;
@@ -178,19 +178,19 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
       questions.push_back(
           {{candidate.name()}, state, std::move(other), candidate.border().experiment, information, {}});
     } catch (const simulation::EffectError&) {
-      continue;  // it cannot be computed for these boards: nothing can be said of it
+      continue;  // undefined for these boards
     }
   }
   return questions;
 }
 
-/// A model with a value that these data do not tell, and the others that suit it; that one stays.
+/// A model with an undetermined value fixed, and the others adapted to it.
 struct Held {
   State state;
-  Eigen::MatrixXd information;  ///< of its values, see information_matrix()
+  Eigen::MatrixXd information;  ///< on its values, see information_matrix()
 };
 
-/// @throws simulation::EffectError when it gives no number for that value
+/// @throws simulation::EffectError if the effect fails at that value
 Held held_at(const Problem& problem, const State& fitted, std::size_t term, std::size_t nonlinear, double value) {
   const FreeParameter& p = fitted.terms[term].candidate->free()[nonlinear];
   const std::size_t place = first_parameter(fitted, term) + nonlinear;
@@ -203,7 +203,7 @@ Held held_at(const Problem& problem, const State& fitted, std::size_t term, std:
   return held;
 }
 
-/// A model that fits, at a small and a large value of what it does not tell.
+/// Question about a fitted model, at a small and a large value of its undetermined parameter.
 std::optional<Question> value_question(const Problem& problem, const State& state, const EffectFinding& found) {
   const Untold& untold = *found.untold;
   const State fitted = beside(state, untold.state);
@@ -222,11 +222,11 @@ std::optional<Question> value_question(const Problem& problem, const State& stat
                     std::move(other.information),
                     p.name};
   } catch (const simulation::EffectError&) {
-    return std::nullopt;  // it gives no number for such values
+    return std::nullopt;  // the effect fails at such values
   }
 }
 
-/// @param told of the state's values
+/// @param information on the state's values
 Question tie_question(const Problem& problem, const State& state, const Eigen::MatrixXd& information,
                       const EffectFinding& found, const Rival& rival) {
   const State other = beside(state, rival.state);
@@ -235,7 +235,7 @@ Question tie_question(const Problem& problem, const State& state, const Eigen::M
                     other,
                     (rival.of_several() ? rival.candidate : found.candidate)->border().experiment,
                     information};
-  if (rival.untold) {  // with anything the two may be the same everywhere: with its typical value
+  if (rival.untold) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
     const auto term =
         std::ranges::find(other.terms, rival.candidate->name(), [](const Term& one) { return one.candidate->name(); });
     try {
@@ -244,7 +244,7 @@ Question tie_question(const Problem& problem, const State& state, const Eigen::M
       question.other = std::move(held.state);
       question.information_of_other = std::move(held.information);
       return question;
-    } catch (const simulation::EffectError&) {  // it gives no number for that: as it was fitted
+    } catch (const simulation::EffectError&) {  // the effect fails at that value: the fitted one is used
     }
   }
   question.information_of_other = information_matrix(problem, other);

@@ -18,15 +18,15 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Reason for which the distances refute an effect, or nothing. @param without, with held-out gap, m
-/// @param what is taken out
+/// Reason for which the distances refute an effect, or "". @param without, with held-out distance gaps, m
+/// @param what name of the removed part
 std::string gap_worsened(double without, double with, const char* what) {
   if (!is_gap_worse(without, with)) return "";
   return fmt::format("the distance gap grows on held-out conditions (from {:.2f} mm without {} to {:.2f} mm)",
                      1e3 * without, what, 1e3 * with);
 }
 
-/// Reason for which held-out conditions do not confirm an effect, or nothing.
+/// Reason for which held-out conditions do not confirm an effect, or "".
 std::string held_out_failure(const EffectFinding& found) {
   if (found.chosen < settings.min_chosen_fraction)
     return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
@@ -38,7 +38,7 @@ std::string held_out_failure(const EffectFinding& found) {
 
 }  // namespace
 
-// ---- on all data ----
+// ---- Tests on all data ----
 
 void EffectTests::run() {
   findings_.forget_comparison();
@@ -51,7 +51,7 @@ void EffectTests::run() {
   } while (drop_unidentifiable());
 }
 
-/// @returns whether all passed
+/// @returns true if all passed
 bool EffectTests::gate_once() {
   Selection& selection = findings_.selection;
   const std::vector<ModelTerm> all = selection.additions();
@@ -84,9 +84,9 @@ bool EffectTests::gate_once() {
   return true;
 }
 
-/// Drops the last effect whose values are not identifiable: without it those of another one may be. Where all that is
-/// wrong with it is a nonlinear parameter, it is one of those that others cannot be distinguished from, if these
-/// explain as much. @returns whether there was such a one
+/// Drops the last effect whose values are not identifiable: without it those of another effect may be. If only a
+/// nonlinear parameter is unidentifiable, the effect is replaced by others that explain as much, if there are any.
+/// @returns true if an effect was dropped or replaced
 bool EffectTests::drop_unidentifiable() {
   const ModelFit& best = findings_.best();
   const double rest = lack_of_fit(findings_.problem(), best);
@@ -116,10 +116,10 @@ double EffectTests::explained_fraction(const ModelFit& less, const Group& group)
   return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
 }
 
-/// Gain of an effect over that of the best generic pattern that it lowers: whatever else is left, in its observables or
-/// in others, says nothing of it. Where nothing is left, the share of that pattern that is gone with the effect, if
-/// that is more: then the pattern has gained by what is fitted anew beside the effect. NaN where it lowers none.
-/// @param less the model without it @param left the patterns of the model with it
+/// Gain of an effect over that of the best generic pattern that it lowers; other residuals, in its observables or in
+/// others, do not matter. If everything is explained, the removed share of that pattern's gain, if larger: the pattern
+/// has then gained from parameters refitted with the effect. NaN if the effect lowers no pattern.
+/// @param less model without it @param left patterns of the model with it
 double EffectTests::explained(const ModelFit& less, const PatternScan& left, double gain) const {
   const PatternScan before = findings_.finder.find(findings_.problem(), less, 0, 0);
   double most = 0, gone = 0;
@@ -133,8 +133,8 @@ double EffectTests::explained(const ModelFit& less, const PatternScan& left, dou
   return (nothing_left ? std::max(gain, gone) : gain) / most;
 }
 
-/// Probability that any candidate gains as much as one direction does in a model without it. Chance is what the best
-/// model leaves: where something else is unexplained, that is in it.
+/// Probability that any candidate gains as much by chance as one direction does in a model without it. The flipped
+/// residual is that of the best model, and includes whatever else is unexplained.
 double EffectTests::chance(const ModelFit& less, const Score& score) const {
   ModelFit remaining = findings_.best();
   remaining.state.linearisation = less.state.linearisation;
@@ -146,8 +146,8 @@ double EffectTests::chance(const ModelFit& less, const Score& score) const {
   return chance_of(score, all, groups, findings_.options().flips, findings_.options().seed);
 }
 
-/// A piece of the best model against the model without it; its refutation is empty when it passes.
-/// @param left the patterns of the best model @param proved whether cross-fitting has confirmed it
+/// Tests a piece of the best model against the model without it; the refutation is empty if it passes.
+/// @param left patterns of the best model @param proved true: cross-fitting has confirmed it
 EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
@@ -156,15 +156,15 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
   found.name = name_of(term, addition);
   found.gain = less.deviance - best.deviance;
   const Group group{found.name, signature(findings_.problem(), less.state, best.state, addition)};
-  // The one direction that was fitted; among all directions of all candidates it has been chosen when it was added.
+  // Only the fitted direction: the selection among all directions and candidates is accounted for in chance().
   const Group direction{group.name, {group.columns[0]}};
   Score score =
       term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().flips, findings_.options().seed)
                 : score_of(findings_.problem(), less, direction, findings_.options().flips, findings_.options().seed);
   const bool nothing_left = left.square <= settings.explained * left.freedom;
   if (!term.maps) {
-    // Its own flips turn a wander, too, which grows where the piece is missing. Where nothing is left with it, the
-    // likelihood compares the two; not beside shapes of boards, which stay as they are without the piece.
+    // Flips of its own columns also flip a drift, which grows without the piece. If everything is explained with it,
+    // the likelihood compares the two; not with board heights, which are not refitted without the piece.
     const double parameters = static_cast<double>(values_of(term, addition).size());
     const bool sure =
         nothing_left && !best.state.nuisances.boards && found.gain - parameters > settings.certain_gain * score.stays;
@@ -181,8 +181,8 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (max_normalised_rms(findings_.problem(), group.columns[0]) <= 1 &&
              !(nothing_left && lack_of_fit(findings_.problem(), less) >= settings.explained)) {
-    found.refutation = "what it changes is too small to matter";  // unless the data ask for it: without it something is
-                                                                  // left, with it nothing
+    found.refutation = "what it changes is too small to matter";  // unless needed: without it the data are unexplained,
+                                                                  // with it explained
   } else if (found.explained_fraction <
              (proved ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
     found.refutation =
@@ -193,7 +193,7 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
   return found;
 }
 
-// ---- on held-out data ----
+// ---- Tests on held-out data ----
 
 void EffectTests::cross_fit() {
   SearchResult& result = findings_.result;
@@ -202,7 +202,7 @@ void EffectTests::cross_fit() {
   SearchOptions options = task.options;
   if (!searched) options.max_effects = 0;
   const auto ask = [&](bool all_folds = false) {
-    std::vector<std::vector<std::string>> names;  // none: nothing that folds choose ends it
+    std::vector<std::vector<std::string>> names;  // empty: cross-fitting does not end early
     for (const EffectFinding& finding : result.found)
       if (!all_folds) names.push_back(finding.names());
     result.cross_fit =
@@ -215,7 +215,7 @@ void EffectTests::cross_fit() {
   if (result.cross_fit.complete) return;
   if (agree_on_more(result.cross_fit, findings_.best().state, findings_.model().size())) return ask(true);
   if (findings_.are_compared() || result.found.empty()) return;
-  findings_.compare_with_rivals();  // what folds did without they may have by another name
+  findings_.compare_with_rivals();  // folds without an effect may have chosen a rival
   ask();
 }
 
@@ -231,7 +231,7 @@ bool EffectTests::follow_folds() {
       ModelFit there = selection.refitted(state);
       bic_fall = selection.bic(selection.best()) - selection.bic(there);
       state = std::move(there.state);
-    } catch (const simulation::EffectError&) {  // no number on all data
+    } catch (const simulation::EffectError&) {  // fails on all data
     }
     const bool better = bic_fall > settings.min_bic_gain && selection.try_accept(std::move(state));
     findings_.note(
@@ -248,7 +248,7 @@ void EffectTests::weigh(EffectFinding& finding) const {
   finding.improvement = held_out_improvement_of(cross_fit, finding.names(), findings_.options().seed);
 }
 
-/// True if folds confirmed an effect already: where these led to a model, its predictions have been tested.
+/// True if folds have confirmed an effect: if these led to the model, its predictions have been tested.
 bool EffectTests::is_confirmed(const ModelTerm& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
@@ -256,7 +256,7 @@ bool EffectTests::is_confirmed(const ModelTerm& addition) const {
   return held_out_failure(finding).empty();
 }
 
-/// True if all that was found is confirmed on held-out data by the names that it has.
+/// True if held-out data confirm all effects found, by their present names.
 bool EffectTests::all_confirmed() {
   const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding& finding) {
     weigh(finding);
@@ -265,7 +265,7 @@ bool EffectTests::all_confirmed() {
   return each && why_not_together().empty();
 }
 
-/// Why what was found does not pass together, or nothing.
+/// Reason why the effects found do not pass together, or "".
 std::string EffectTests::why_not_together() const {
   std::vector<std::string> names;
   for (const EffectFinding& finding : findings_.result.found)

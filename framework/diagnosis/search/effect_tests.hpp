@@ -11,25 +11,25 @@ namespace tofgraph::diagnosis {
 
 class EffectTests {
  public:
-  /// @param findings must live on
+  /// @param findings must outlive this object
   explicit EffectTests(Findings& findings) : findings_(findings) {}
 
-  /// Puts the gates to every addition, drops the one that does worst, and again until all pass; then drops effects
+  /// Tests every addition on all data and drops the worst failing one, repeatedly until all pass; then drops effects
   /// whose values are not identifiable.
   void run();
 
-  /// Cross-fits. Where nothing is named the model stays as it is, and predicts held-out conditions so. Folds search for
-  /// themselves, whatever is asked of them: what they found once they would find again. All are searched where they
-  /// agree on an effect that the model lacks, see follow_folds().
+  /// Cross-fits. If nothing is named, the model stays unchanged and predicts held-out conditions as it is. The
+  /// selection in a fold does not depend on the tested effects, so folds are never searched twice. All folds are
+  /// searched if they agree on an effect that the model lacks, see follow_folds().
   void cross_fit();
-  /// Fits a model on which most folds agree to all data. @returns whether it is better, and taken
+  /// Fits a model on which most folds agree to all data. @returns true if it is better and was accepted
   bool follow_folds();
-  /// Drops what does not prove itself on held-out data, each alone; what passes alone has to pass together, too: in the
-  /// folds that have nothing else beside it, where most are such. @returns whether there was such a one
+  /// Drops effects that held-out data do not confirm, each alone; those that pass alone must also pass together, in the
+  /// folds that chose nothing else if these are the majority. @returns true if an effect was dropped
   bool drop_unconfirmed();
-  /// Shares and improvements on held-out data of a finding, by all its names.
+  /// Sets a finding's share of folds and improvement on held-out data, from all its names.
   void weigh(EffectFinding& finding) const;
-  /// Gain of a signature over that of the best generic pattern, in a model without it.
+  /// Gain of a signature divided by that of the best generic pattern, in a model without it.
   double explained_fraction(const ModelFit& less, const Group& group) const;
 
  private:

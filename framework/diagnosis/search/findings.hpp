@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Effects that a search has selected, while they are tested: one by one they are dropped, with the reason; and
-/// their rivals.
+/// @file Effects selected by a search, while they are tested: they are dropped one by one, with reasons; and their
+/// rivals.
 #pragma once
 
 #include "diagnosis/model/intervals.hpp"
@@ -12,19 +12,19 @@
 
 namespace tofgraph::diagnosis {
 
-// ---- Alternatives to effects that were found: to one, or to several at once ----
+// ---- Rivals of effects that were found: of one, or of several together ----
 
 class Rivals {
  public:
-  /// @param selection this and the others must live on
+  /// @param selection this and the other arguments must outlive this object
   Rivals(Selection& selection, const Trials& trials, const std::vector<std::unique_ptr<Candidate>>& candidates,
          std::uint64_t seed)
       : selection_(selection), problem_(selection.problem()), trials_(trials), candidates_(candidates), seed_(seed) {}
 
-  /// In the place of a term that was found, best first.
+  /// Rivals of a term that was found, best first.
   std::vector<Rival> of(const EffectFinding& found, std::size_t term);
-  /// Effects that cannot be told from several that were found together: each becomes a rival of all that it takes the
-  /// place of, and no effect that was found has two such rivals. @param first_term of the first one that was found
+  /// Adds single effects that cannot be distinguished from several found together: each becomes a rival of all that it
+  /// replaces, and no effect has two such rivals. @param first_term index of the first found term
   void add_of_several(std::vector<EffectFinding>& all, std::size_t first_term);
 
  private:
@@ -41,9 +41,9 @@ class Rivals {
   std::uint64_t seed_;
 };
 
-// ---- Effects that a search has selected, while they are tested ----
+// ---- Effects selected by a search, while they are tested ----
 
-/// Findings and tools that all tests of a search share.
+/// Findings and tools shared by all tests of a search.
 class Findings {
  public:
   Findings(const Problem& problem, const std::vector<Term>& model,
@@ -61,31 +61,31 @@ class Findings {
   const ModelFit& best() const { return selection.best(); }
   void note(Step step) { selection.task().note(std::move(step)); }
 
-  /// Patterns of the gap beside a model, beyond chance.
+  /// Significant patterns of the gap that a model leaves.
   std::vector<Pattern> patterns_of(const ModelFit& fit) const;
-  /// Takes an addition out of the model. The last reason counts.
+  /// Removes an addition from the model. The last reason counts.
   void dismiss(const ModelTerm& addition, EffectFinding finding);
-  /// Takes all additions out of the model.
+  /// Removes all additions from the model.
   void dismiss_all(const std::string& why);
-  /// Drops the effects that a test refutes. @returns whether there was such a one
+  /// Drops the effects that a test refutes. @returns true if an effect was dropped
   bool drop_refuted(const std::function<std::string(EffectFinding&)>& test);
-  /// Replaces an effect of which a nonlinear parameter is not identifiable by others, if these explain as much.
-  /// @returns whether they do
+  /// Replaces an effect with an unidentifiable nonlinear parameter by others, if these explain as much.
+  /// @returns true if they do
   bool replace_by_others(EffectFinding finding, const Unidentified& why);
 
-  /// Compares each effect with its rivals, once; again after one was dropped.
+  /// Compares each effect with its rivals, once; again after an effect was dropped.
   void compare_with_rivals();
   bool are_compared() const { return compared_; }
-  /// Has effects compared again with their rivals.
+  /// Requests another comparison of the effects with their rivals.
   void forget_comparison() { compared_ = false; }
-  /// Adds what was dropped to the result, without what came back.
+  /// Adds dropped effects to the result, except those that were selected again.
   void report_dropped();
 
  private:
-  /// An effect of which a nonlinear parameter is not identifiable, or at its limit, and the set that explains as much.
+  /// An effect with a nonlinear parameter that is unidentifiable or at its limit, and the set that explains as much.
   struct Replaced {
     EffectFinding finding;
-    ModelFit fit;  ///< with it
+    ModelFit fit;  ///< model with the effect
     Unidentified unidentified;
     std::vector<std::string> by;
 

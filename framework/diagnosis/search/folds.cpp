@@ -30,7 +30,7 @@ template <class Key> Levels levels_of(const Design& design, const std::function<
                                       const std::function<std::string(const Key&)>& label) {
   std::map<Key, std::vector<std::size_t>> by_key;
   for (std::size_t i = 0; i < design.size(); ++i) {
-    if (design.shows_board(i)) by_key[key(design.conditions()[i])].push_back(i);  // the others have no such levels
+    if (design.shows_board(i)) by_key[key(design.conditions()[i])].push_back(i);  // a capped lens has no such level
   }
   Levels levels;
   for (auto& [level, conditions] : by_key) levels.emplace_back(label(level), std::move(conditions));
@@ -61,7 +61,7 @@ class Folds {
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::mt19937_64 random(seed);
     for (std::size_t h = 0; h < count; ++h) {
-      // Not std::shuffle, which is another one in another library.
+      // Not std::shuffle, whose result differs between standard libraries.
       for (std::size_t k = order.size() - 1; k > 0; --k) std::swap(order[k], order[random() % (k + 1)]);
       add(any_half, levels, std::span(order).first(order.size() / 2), false);
     }
@@ -182,7 +182,7 @@ Prediction::Prediction(const FoldProblem& held, const Fold& fold) : held_(held) 
 void Prediction::before(const State& state) {
   const auto rows = predict(state);
   for (std::size_t i = 0; i < conditions_.size(); ++i) conditions_[i].before = sums(rows[i], i);
-  // Boards that stand elsewhere are found with the model as it was: none that is to be tested makes them count less.
+  // Misplaced boards are found with the given model, so that no tested model can reduce their weight.
   there_.nuisances.jitter_scale = jitter_scale_of(board_offsets_of(held_.problem, carried(state)));
 }
 
@@ -212,14 +212,14 @@ void Prediction::without(const std::string& effect, const State& state, const St
   }
 }
 
-/// A state of the conditions that were left, for the held-out ones: reflectivities of targets that are new are found
-/// from amplitudes, never from distances.
+/// Fitted state transferred to the held-out conditions: reflectivities of new targets are estimated from amplitudes,
+/// never from distances.
 State Prediction::carried(const State& state) const {
   const Problem& to = held_.problem;
   State result = beside(there_, state);
   result.log_reflectivity.resize(to.targets.size(), 0);
   if (result.log_reflectivity.size() == state.log_reflectivity.size()) return result;
-  constexpr int rounds = 3;  // other light than the board's answers otherwise
+  constexpr int rounds = 3;  // repeated because light that is not the board's responds differently
   for (int round = 0; round < rounds; ++round) {
     const auto rows = expected(to, result);
     const std::size_t n = to.design.superpixels();
@@ -250,7 +250,7 @@ std::array<double, observables> Prediction::sums(const std::vector<double>& rows
   const std::size_t n = held_.design.superpixels();
   std::array<double, observables> squares{};
   conditions_[i].count = {};
-  if (!held_.design.shows_board(i)) return squares;  // it has no gap to a board
+  if (!held_.design.shows_board(i)) return squares;  // a capped lens has no gap
   for (std::size_t o = 0; o < observables; ++o) {
     for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
       if (std::isinf(held_.data[i].variance[row])) continue;
@@ -271,7 +271,7 @@ std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions) {
 
 namespace {
 
-/// A problem whose targets are those of another one, in their order, then those that are new.
+/// Problem whose targets are those of another one, in their order, followed by new ones.
 Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
   Problem problem{design, data, other.targets, {}, nuisances_of(design, has_contrast(other.nuisances)), other.deadline};
   for (const io::Condition& condition : design.conditions()) {

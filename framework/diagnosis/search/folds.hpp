@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Folds: which conditions are held out together, and predictions of them by models fitted without them.
+/// @file Folds: conditions that are held out together, and predictions of them by models fitted without them.
 #pragma once
 
 #include "diagnosis/data/design.hpp"
@@ -17,30 +17,30 @@ namespace tofgraph::diagnosis {
 
 /// Conditions that are held out together.
 struct Fold {
-  std::string setting;            ///< distance, target, session, integration time; each_distance and so on
+  std::string setting;            ///< distance, target, session, integration time; each_distance etc.
   std::string levels;             ///< "1.2 m, 2.4 m", "white"
   std::vector<std::size_t> held;  ///< ascending
-  bool extrapolates = false;      ///< beyond all levels that are left
+  bool extrapolates = false;      ///< beyond all remaining levels
 };
 
-/// Every condition is held out once for each setting that has levels enough: distances in interleaved groups, with the
-/// nearest and the farthest apart, integration times likewise where there are not enough distances; each target; each
-/// session. None where too few conditions would be left.
+/// Folds that hold out every condition once for each setting with enough levels: distances in interleaved groups, with
+/// the nearest and the farthest held out separately; integration times in the same way if there are too few distances;
+/// each target; each session. Folds that leave too few conditions are omitted.
 std::vector<Fold> folds_of(const Design& design);
 
 inline constexpr const char *each_distance = "each distance", *each_target = "each target", *any_half = "a random half";
-/// Each distance by itself, then each target, as far as enough conditions are left.
+/// Each distance alone, then each target, if enough conditions remain.
 std::vector<Fold> single_levels(const Design& design);
-/// Half of what stands together, at random.
+/// Random halves of the clusters, see clusters_of().
 std::vector<Fold> random_halves(const Design& design, std::size_t count, std::uint64_t seed);
 
-/// Cluster of each condition: those at one distance in one session, which may share what no model has.
-/// If there are few of these, each condition is its own cluster.
+/// Cluster of each condition: those at one distance in one session, which may share errors that no model includes.
+/// If there are few clusters, each condition is its own cluster.
 std::vector<std::size_t> clusters_of(const Design& design);
 
-// ---- Some conditions of a campaign as a problem of their own ----
+// ---- Some conditions of a campaign as a separate problem ----
 
-/// Some conditions of a design, with nothing of the others.
+/// Some conditions of a design, independent of the others.
 struct FoldProblem {
   Design design;
   std::vector<Observations> data;
@@ -48,43 +48,43 @@ struct FoldProblem {
 
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const Deadline* deadline = nullptr);
-  /// With the deadline and the targets of another part, and the targets that are new.
+  /// With the deadline and the targets of another part, followed by new targets.
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const FoldProblem& other);
-  /// Fixes the contrast at the value of a fit that estimated it. Fitted to held-out conditions again, it would absorb
-  /// other errors in them, such as boards that are not flat. @param log_lower than the profile's
+  /// Fixes the contrast at the value of a fit that estimated it. Refitted to held-out conditions, it would absorb other
+  /// errors, such as boards that are not flat. @param log_lower ln of the profile's contrast over the fitted one
   void fix_contrast(double log_lower);
   FoldProblem(const FoldProblem&) = delete;
   FoldProblem& operator=(const FoldProblem&) = delete;
 };
 
-// ---- Predictions of the conditions that a fold holds out, by models that were fitted without them ----
+// ---- Predictions of held-out conditions by models that were fitted without them ----
 
-/// A held-out condition. Chi-squares are in the covariance of the model that was fitted without it.
+/// A held-out condition. Chi-squares use the covariance of the model that was fitted without it.
 struct OutOfFold {
   std::size_t condition = 0;
   std::array<double, observables> before{}, after{};  ///< sums of squares over superpixels, of depth in m^2
-  std::array<double, observables> count{};            ///< superpixels
+  std::array<double, observables> count{};            ///< number of superpixels
   double chi_after = 0;
   struct Less {
-    double chi = 0, seen = 0, depth = 0;  ///< chi-square, that of what changes, sum of squares of depth in m^2
-    double taken_out = 0;                 ///< the latter with all else as it was with the effect
+    double chi = 0, seen = 0, depth = 0;  ///< chi-square; chi-square of the change; sum of squares of depth, m^2
+    double taken_out = 0;                 ///< sum of squares of depth, effect removed and all else unchanged, m^2
   };
-  std::map<std::string, Less> without;  ///< with one effect less, fitted without it
+  std::map<std::string, Less> without;  ///< models with one effect less, fitted without it
 };
 
-/// Predicts with everything frozen; the reflectivity of a new target comes from its amplitudes, never from distances.
+/// Predicts with everything fixed; the reflectivity of a new target is estimated from amplitudes, never from distances.
 class Prediction {
  public:
-  /// @param held the conditions of the fold, with the targets of those that were fitted first; must live on
+  /// @param held conditions of the fold, with the targets of the fitted ones first; must outlive this object
   Prediction(const FoldProblem& held, const Fold& fold);
 
-  /// With the model as it was given.
+  /// Predicts with the given model.
   void before(const State& state);
-  /// With the model that was fitted. @param smooth_field of the held-out conditions, or nothing
+  /// Predicts with the fitted model. @param smooth_field of the held-out conditions; null: none
   void after(const State& state, std::shared_ptr<const SmoothField> smooth_field = nullptr);
-  /// With one effect less, fitted without it. The covariance stays that of the model with all.
-  /// @param taken_out all else as it was with the effect: the fit without it may diverge where nothing holds it
+  /// Predicts with one effect less, fitted without it. The covariance stays that of the complete model.
+  /// @param taken_out the effect removed, all else unchanged: the fit without it may diverge if it is unconstrained
   void without(const std::string& effect, const State& state, const State& taken_out);
 
   std::vector<OutOfFold> result() { return std::move(conditions_); }
@@ -96,7 +96,7 @@ class Prediction {
 
   const FoldProblem& held_;
   std::vector<OutOfFold> conditions_;
-  State there_;  ///< that was predicted last, in the held-out conditions
+  State there_;  ///< last predicted state, in the held-out conditions
   Rows after_;
   RandomEffectSd random_sd_;
 };

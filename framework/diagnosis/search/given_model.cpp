@@ -23,7 +23,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// The given model: its parameters are held, reflectivities and variances fitted.
+/// The given model with its parameters held; reflectivities and variances are fitted.
 State given_state(const Problem& problem, const std::vector<Term>& given, const RandomEffectSd& start) {
   State state{given, first_log_reflectivity(problem), start};
   if (!given.empty()) update_grid_bias(problem, state);
@@ -36,7 +36,7 @@ RandomEffectSd first_random_sd(const Design& design) {
   return random_sd;
 }
 
-/// The effects that a model has beyond the given ones.
+/// Names of the effects that a model has in addition to the given ones, sorted.
 std::vector<std::string> added_names(const State& model, std::size_t given) {
   std::vector<std::string> names;
   for (std::size_t t = given; t < model.terms.size(); ++t) names.push_back(model.terms[t].candidate->name());
@@ -50,7 +50,7 @@ bool chose_these(const FoldResult& fold, const std::vector<std::string>& names) 
   return fold.failed.empty() && chosen == names;
 }
 
-/// A model as a start on some conditions: reflectivities of their targets, variances.
+/// A model as a start for some conditions: reflectivities of their targets, and variances.
 State start_on(const Problem& part, const Problem& whole, State model) {
   std::vector<double> light = first_log_reflectivity(part);
   for (std::size_t t = 0; t < part.targets.size(); ++t) {
@@ -79,7 +79,7 @@ ConditionNuisances condition_nuisances_of(const ConditionNuisances& whole, const
   return some;
 }
 
-/// The conditions of a fold, predicted by the effects of a model that are fitted to the others.
+/// Predictions of a fold's conditions by the effects of a model fitted to the other conditions.
 std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const std::vector<Term>& given,
                                  const State& model) {
   const std::vector<std::size_t> left = left_by(fold, problem.data.size());
@@ -94,7 +94,7 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
   return prediction.result();
 }
 
-/// Nothing where the model gives no number without the conditions of the fold, as in a fold that was searched.
+/// The same, empty if the model fails without the fold's conditions, as for a fold that was searched.
 std::vector<OutOfFold> predicted_or_nothing(const Fold& fold, const Problem& problem, const std::vector<Term>& given,
                                             const State& model) {
   try {
@@ -158,7 +158,7 @@ Verification compared_with_given(const CrossFit& known, const Problem& problem, 
 
 namespace {
 
-/// Half width of an interval over what may be; infinite where the data say nothing.
+/// Half width of an interval over the largest allowed one; infinite if the data do not determine the parameter.
 double relative_width(const FreeParameter& p, const Interval& interval, double variance) {
   if (parameter_status(p, interval, variance) == ParameterStatus::not_determined)
     return std::numeric_limits<double>::infinity();
@@ -167,7 +167,7 @@ double relative_width(const FreeParameter& p, const Interval& interval, double v
   return half / (std::abs(p.typical) * (p.nonlinear ? settings.max_given_width_nonlinear : settings.max_given_width));
 }
 
-/// Standard deviations of the first parameters of a model, in typical values, with further columns fitted beside them.
+/// Standard deviations of the first parameters of a model, in typical values, with further columns fitted as well.
 std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, const State& state,
                                       std::vector<Column> columns, const std::vector<Column>& further) {
   const std::size_t own = columns.size();
@@ -181,7 +181,7 @@ std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, 
   return result;
 }
 
-/// Fits at the grid bias of the state. The result keeps what it was linearised about before, for comparisons.
+/// Fit at the grid bias of the state. The result keeps the earlier linearisation, for comparisons.
 ModelFit fitted(const Problem& problem, State state) {
   const Linearisation before = state.linearisation;
   update_grid_bias(problem, state);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Comparison of a model with the one that was given: none is written that predicts distances worse.
+/// @file Comparison of a model with the given one: a model that predicts distances worse is not written.
 #pragma once
 
 #include "diagnosis/model/fit.hpp"
@@ -15,25 +15,25 @@ namespace tofgraph::diagnosis {
 
 /// Distance gaps, m.
 struct GapComparison {
-  double given = 0, model = 0;  ///< NaN: not known
+  double given = 0, model = 0;  ///< NaN: unknown
 
-  /// By more than rounding and the coarse grid leave open: 1 % and 0.02 mm.
+  /// True beyond the tolerance for rounding and the coarse grid: 1 % and 0.02 mm.
   bool is_worse() const { return model > settings.max_given_gap_growth * given + settings.given_gap_tolerance; }
 };
 
-/// On all data. @param given the parameters of the model as it was given; reflectivities are fitted
+/// Comparison on all data. @param given terms with the parameters as given; reflectivities are fitted
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model);
 
-/// Held-out predictions of the folds: the effects of a model, fitted without it. Folds that chose these effects are
-/// taken as they are. @param known folds that were searched
+/// Comparison on held-out data: in each fold the effects of a model are fitted without the held-out conditions. Results
+/// of folds that chose these effects are reused. @param known folds that were searched
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
                                const std::vector<Term>& given, const State& model);
 
-/// Both, of the problem's own folds.
+/// Both comparisons, on the problem's own folds.
 struct Verification {
   GapComparison all{NAN, NAN}, held_out{NAN, NAN};
 
-  /// Why the model must not be written, or nothing.
+  /// Reason why the model must not be written; empty: none.
   std::string why_worse() const;
 };
 /// @param known folds that were searched
@@ -42,25 +42,25 @@ Verification compared_with_given(const CrossFit& known, const Problem& problem, 
 
 // ---- Parameters of the given model that the data do not determine ----
 
-/// The effects of the given model, with those of their parameters that may be refitted.
+/// Effects of the given model, with those of their parameters that may be refitted.
 class GivenModel {
  public:
-  /// @param effects must live on
+  /// @param effects must outlive this object
   explicit GivenModel(const std::vector<simulation::ModelEffect>& effects);
   GivenModel(const GivenModel&) = delete;
   GivenModel& operator=(const GivenModel&) = delete;
 
   const std::vector<Term>& terms() const { return terms_; }
 
-  /// Holds what the data do not determine in the given model alone, or beside one simpler effect that it lacks: a drift
-  /// of a camera that was warm all the time must not take the place of a constant.
+  /// Holds parameters that the data do not determine in the given model alone, or with one simpler effect that it
+  /// lacks: a warm-up drift of a camera that was always warm must not replace a constant.
   /// @param candidates effects that may be added @throws simulation::EffectError
   void hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates);
-  /// Holds what the data do not determine in a model whose first terms are these, one parameter after the other.
-  /// @returns the model fitted with these held; nothing where all are determined @throws simulation::EffectError
+  /// Holds parameters that the data do not determine in a model whose first terms are these, one after the other.
+  /// @returns the model refitted with these held; nullopt if all are determined @throws simulation::EffectError
   std::optional<ModelFit> hold_undetermined_in(const Problem& problem, ModelFit fit);
 
-  /// "warm_up drift stays at -0.0107 m: these conditions do not determine it.", for each that is held.
+  /// "warm_up drift stays at -0.0107 m: these conditions do not determine it.", for each held parameter.
   std::vector<std::string> notes() const;
 
  private:
@@ -73,7 +73,7 @@ class GivenModel {
                            const std::vector<std::unique_ptr<Candidate>>& candidates);
 
   const std::vector<simulation::ModelEffect>& effects_;
-  std::vector<std::unique_ptr<Candidate>> candidates_;  ///< replaced ones stay: states of a search point to them
+  std::vector<std::unique_ptr<Candidate>> candidates_;  ///< replaced ones are kept: states of a search point to them
   std::vector<Term> terms_;
   std::vector<Held> held_;
 };

@@ -14,7 +14,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// True if a smooth field gains more than maps: a field that is new in each condition has a mean over the conditions,
+/// True if a smooth field gains more than maps: a field that differs between conditions has a mean over the conditions,
 /// which looks like maps.
 bool smooth_field_does_more(const SelectionTask& task, const ModelFit& base, const ModelFit& maps) {
   return !base.state.nuisances.smooth_field &&
@@ -67,7 +67,7 @@ std::optional<ModelFit> MapSearch::best(const SelectedModel& selected) {
 }
 
 std::optional<ModelFit> MapSearch::in_place_of(const ModelFit& added, const SelectedModel& selected) {
-  if (selected.best.state.nuisances.smooth_field) return std::nullopt;  // what is the same each time looks like maps
+  if (selected.best.state.nuisances.smooth_field) return std::nullopt;  // a lasting field looks like maps
   if (task_.added(added) == 0 || added.state.terms.back().maps) return std::nullopt;
   const double rest = lack_of_fit(task_.problem, added);
   if (rest < settings.explained) return std::nullopt;
@@ -81,13 +81,13 @@ std::optional<ModelFit> MapSearch::in_place_of(const ModelFit& added, const Sele
 
 namespace {
 
-/// A parameter that adds the same to all distances, and how much for one of its unit.
+/// A parameter that adds the same to all distances, and the response per unit.
 struct Constant {
   std::size_t term = 0, parameter = 0;
   double response = 0;
 };
 
-/// The height of a column that is the same in all known distances and changes nothing else; 0: it is no such column.
+/// Value of a column that is equal in all known distances and changes nothing else; 0 for other columns.
 double height_of(const Problem& problem, const Column& column) {
   constexpr double same = 1e-6;
   double first = 0;

@@ -20,14 +20,14 @@ std::vector<MapParameter> parameters_of(const EstimatedMaps& maps) {
   return parameters;
 }
 
-/// Maps that are estimated together.
+/// Changes by maps that are estimated together.
 struct Response {
   std::vector<MapParameter> parameters;
-  std::vector<double> steps;  ///< of the values, SI
+  std::vector<double> steps;  ///< steps of the values, SI
   Group group;
 };
 
-/// @param dimension how many of the maps' values the data determine; those beyond what a pixel may have are bounded
+/// @param dimension number of values that the data determine; values beyond the bound of a pixel are clamped
 Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps,
              double dimension) {
   const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
@@ -40,7 +40,7 @@ Term term_of(const Problem& problem, const Candidate& candidate, std::vector<Est
   return term;
 }
 
-/// Median over superpixels that show it of how many standard deviations a column makes there in all conditions.
+/// Median over the visible superpixels of a column's norm over all conditions, in standard deviations.
 double norm_of(const Problem& problem, const Column& column) {
   const std::size_t n = problem.design.superpixels();
   std::vector<double> squares(n, 0);
@@ -54,7 +54,7 @@ double norm_of(const Problem& problem, const Column& column) {
   return squares.empty() ? 0 : std::sqrt(physics::median(squares));
 }
 
-/// Changes by maps for one step of theirs. Those whose largest possible values change nothing are left out.
+/// Changes by maps for one step. Maps whose largest possible values change nothing are left out.
 /// @throws simulation::EffectError
 Response response(const Problem& problem, const State& state, const Candidate& candidate,
                   std::span<const MapParameter> parameters) {
@@ -69,7 +69,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
     Column column = difference(expected(problem, with), rows);
     const double norm = norm_of(problem, column);
     if (!(norm * parameter.bound(problem.design) / map_probe > settings.map_min_visible))
-      continue;  // rounding, or nothing
+      continue;  // zero except for rounding
     const double factor = settings.map_step_sd / norm;
     for (std::vector<double>& condition : column) {
       for (double& value : condition) value *= factor;
@@ -81,7 +81,7 @@ Response response(const Problem& problem, const State& state, const Candidate& c
   return result;
 }
 
-/// Response of maps that a state has.
+/// Response of the maps of a state.
 Response response_of(const Problem& problem, State state, std::size_t term) {
   const Term one = std::move(state.terms[term]);
   state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
@@ -111,8 +111,8 @@ Response subset(const Response& all, const std::vector<std::size_t>& chosen) {
   return result;
 }
 
-/// Gain of a map if nothing else were fitted: a sum over the superpixels, of which each has its own value.
-/// Costs next to nothing, and most campaigns have no maps.
+/// Gain of a map if nothing else were fitted: a sum over the superpixels, each with its own value. A cheap first test,
+/// because most campaigns have no maps.
 double max_gain(const Problem& problem, const std::vector<Eigen::MatrixXd>& left, const Column& column) {
   const std::size_t n = problem.design.superpixels();
   std::vector<double> product(n, 0), square(n, 0);
@@ -130,7 +130,7 @@ double max_gain(const Problem& problem, const std::vector<Eigen::MatrixXd>& left
   return gain;
 }
 
-/// Maps of a candidate that are worth their parameters, taken one by one.
+/// Maps of a candidate that are worth their parameters, selected one by one.
 Response chosen_maps(const Problem& problem, const ModelFit& base, const Response& all) {
   const double price = std::log(static_cast<double>(problem.data.size()));
   const std::vector<Eigen::MatrixXd> left = whitened_residuals(problem, base.state);
@@ -155,15 +155,15 @@ Response chosen_maps(const Problem& problem, const ModelFit& base, const Respons
   }
 }
 
-/// No more scatter of the boards than is usual. Where maps are off by a mean that goes with the distance, the
-/// scatter has grown until nothing pulls them back.
+/// Limits the scatter of the boards to the usual one. While the mean of the maps is wrong by a value that varies with
+/// the distance, the scatter grows until it hides the error.
 RandomEffectSd limited_to_usual(RandomEffectSd found) {
   constexpr RandomEffectSd usual;
   found.jitter = std::min(found.jitter, usual.jitter);
   return found;
 }
 
-/// The same values, and what a scan adds to them.
+/// State with the maps of a term updated by the scores of its residual.
 State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   const Term before = state.terms[term];
   ModelFit fit;
@@ -172,7 +172,7 @@ State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   const auto rows = expected(problem, state);
   fit.jacobian = jacobian(problem, state, rows);
   const std::size_t scale = first_parameter(state, term);
-  fit.jacobian.erase(fit.jacobian.begin() + static_cast<std::ptrdiff_t>(scale));  // it is the maps' own
+  fit.jacobian.erase(fit.jacobian.begin() + static_cast<std::ptrdiff_t>(scale));  // represented by the maps
   const Response answer = response_of(problem, state, term);
   const Score now = score_of(problem, fit, answer.group, 0, 0);
   const double factor = before.values.front() / before.candidate->free().front().typical;
@@ -189,8 +189,8 @@ State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   return state;
 }
 
-/// Corrects a fit while that lowers the deviance by more than enough: beside effects that are hardly told from maps a
-/// step may go too far. @param correct from a state to the next fit
+/// Improves a fit while the deviance falls by more than `enough`; a step may go too far if effects are nearly
+/// equivalent to maps. @param step from a state to the next fit
 template <class Step> ModelFit improved(ModelFit best, int most, double enough, const Step& step) {
   for (int round = 0; round < most; ++round) {
     ModelFit next = step(best.state);
@@ -278,7 +278,7 @@ ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
   if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
   const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
   ModelFit best = following(start);
-  if (best.deviance > deviance_of(problem, start)) best = fit_roughly(problem, std::move(start));  // maps as they were
+  if (best.deviance > deviance_of(problem, start)) best = fit_roughly(problem, std::move(start));  // unchanged maps
   return improved(std::move(best), settings.map_trial_rounds, settings.map_converged, following);
 }
 

@@ -14,7 +14,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr std::size_t conditions_at_a_time = 64;  ///< conditions in memory at a time
+constexpr std::size_t conditions_at_a_time = 64;  ///< conditions held in memory at once
 
 /// Nuisances of conditions that were not measured: a smooth field, if the campaign has one.
 ConditionNuisances nuisances_in(const std::vector<Observations>& data, const ConditionNuisances& campaign) {
@@ -62,8 +62,8 @@ std::vector<io::Condition> some(const std::vector<io::Condition>& all, std::size
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
-/// The model that a question begins with, in some conditions: most of those that come one after the other begin with
-/// the same.
+/// First model of a question, in some conditions: consecutive questions mostly share it, so its linearisation is
+/// kept.
 class FirstModel {
  public:
   FirstModel(const Problem& problem, const ConditionNuisances& nuisances) : problem_(problem), nuisances_(nuisances) {}
@@ -87,7 +87,7 @@ class FirstModel {
   std::optional<QuestionLinearisation> first_;
 };
 
-/// Distances in each condition. If an effect gives no number for some of them, the others are asked one by one.
+/// Updates the best condition by the distances in all. If an effect fails in some, the others are evaluated singly.
 void keep_best(FirstModel& first_model, const Question& question, NextCondition& best) {
   const Problem& problem = first_model.problem();
   const std::vector<io::Condition>& conditions = problem.design.conditions();
@@ -117,8 +117,8 @@ void keep_best(FirstModel& first_model, const Question& question, NextCondition&
   }
 }
 
-/// The observable that differs most in standard deviations of a superpixel, what conditions differ by included, when
-/// the values have made up for what they can.
+/// Fills in the observable with the largest difference over the standard deviation of a superpixel, including variation
+/// between conditions, after the values have compensated what they can.
 void describe(const Unmeasured& condition, const Question& question, NextCondition& best) {
   const Problem& problem = condition.problem();
   const Column left = FirstModel(problem, condition.nuisances()).distance_of(question).left;
@@ -172,7 +172,7 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
       measured.push_back(std::ranges::max(in_campaign.distance_of(q).sigma));
       questions.push_back(q);
     } catch (const simulation::EffectError&) {
-      continue;  // it cannot be computed for these boards: nothing can be said of it
+      continue;  // undefined for these boards
     }
   }
   if (questions.empty()) return result;
@@ -193,7 +193,7 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
     FirstModel first_model(part.problem(), part.nuisances());
     for (std::size_t q = 0; q < questions.size(); ++q) keep_best(first_model, questions[q], best[q]);
   }
-  // Of an effect with several sizes the one that shows best.
+  // For an effect with several amplitudes the most visible one counts.
   for (std::size_t q = 0; q < best.size(); ++q) {
     if (!(best[q].sigma > 0)) continue;
     const Unmeasured one(problem, {best[q].condition}, noise, state);

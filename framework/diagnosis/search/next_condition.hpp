@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Condition to measure next: of a list that extends those of the campaign, the one in which two models differ
-/// most. Two tied models, a model at two values that these data do not tell, or the model with and without an effect
-/// that these data could not have shown.
+/// Condition to measure next: from a list that extends the campaign, the one in which two models differ most. The two
+/// are tied models, a model at two values that these data do not determine, or the model with and without an effect to
+/// which these data are blind.
 #pragma once
 
 #include "diagnosis/search/audit.hpp"
@@ -11,14 +11,14 @@
 
 namespace tofgraph::diagnosis {
 
-/// Variance of superpixels in conditions that were not measured, as in those that were: a + b I counts^2 of a sample,
-/// I counts of a tap's mean. One law an observable, least squares over the campaign's superpixels.
+/// Variance of superpixels in conditions that were not measured: a + b I counts^2 of a sample, I counts of a tap's
+/// mean. One law per observable, by least squares over the campaign's superpixels.
 class NoiseLaw {
  public:
   /// @param light ln of each target's factor on the design's reflectivity
   NoiseLaw(const Problem& problem, std::span<const double> light);
-  /// Values 0; infinite variances where the campaign knows nothing of the observable, and where a board is too dark
-  /// (10 standard deviations of a superpixel's amplitude) or a tap is full. @param light as above, of one condition
+  /// Values of 0; infinite variances if the campaign does not know the observable, if a board is too dark (10 standard
+  /// deviations of a superpixel's amplitude) or if a tap is full. @param light as above, of one condition
   Observations blank(const Design& design, std::size_t condition, double light) const;
 
  private:
@@ -29,12 +29,12 @@ class NoiseLaw {
   std::array<Law, observables> laws_;
 };
 
-/// The product of a few levels of each setting: distances of the campaign, between and beyond them; its integration
+/// Combinations of a few levels of each setting: distances of the campaign, between and beyond them; its integration
 /// times, half and twice; its targets; boards that face the camera or are tilted by 20 deg to each side about x or y
-/// (not where the data are means over boards), at the latest time since power-on. Where boards face the camera and the
-/// time is one of the campaign's, each also with one thing changed: twice that time, a minute; a source alone; a lamp;
-/// a covered rail; a laser that tells the distance; the camera turned by 90 deg. And captures of a capped lens, up to
-/// the longest time of the camera.
+/// (not if the data are means over boards), at the latest time since power-on. For boards that face the camera and
+/// integration times of the campaign, also with one change each: twice that time since power-on, or one minute; a
+/// single source; a lamp; a covered rail; a laser that measures the distance; the camera turned by 90 deg. Also
+/// captures of a capped lens, up to the longest integration time of the camera.
 /// @param light ln of each target's factor on the reflectivity: the darkest, the brightest and one between are listed
 std::vector<io::Condition> candidate_conditions(const Problem& problem, std::span<const double> light);
 
@@ -42,17 +42,17 @@ std::vector<io::Condition> candidate_conditions(const Problem& problem, std::spa
 struct Question {
   std::vector<std::string> effects;  ///< two that are tied, or one
   State one, other;                  ///< with reflectivities of the problem's targets
-  std::string experiment;            ///< what the effect's author advises
-  /// Information of the campaign on the values of each one's effects, in their typical values, and on the targets' ln
-  /// reflectivities, an information matrix: as far as it leaves them open, they make up for the other one in a new
-  /// condition, too. Empty: they stay as they are.
+  std::string experiment;            ///< advice of the effect's author
+  /// Information of the campaign on the values of each model's effects, in typical values, and on the targets' ln
+  /// reflectivities: within the remaining uncertainty they can compensate the other model in a new condition, too.
+  /// Empty: they are fixed.
   Eigen::MatrixXd information_of_one = {}, information_of_other = {};
-  std::string value = {};  ///< of the effect, that is to be told; empty: whether it is there at all
+  std::string value = {};  ///< undetermined value of the effect; empty: its presence is in question
 };
 
-/// Questions of a tie; of what was dropped as the campaign does not determine one of its values, at a small and a large
-/// one; and of each blind effect at half its typical size beside the model. Each refitted linearly to the campaign.
-/// Effects that give no number are left out. @param found in the order of the state's terms from the first added one on
+/// Questions about ties, about undetermined values of dropped effects (a small against a large one), and about each
+/// blind effect at half its typical value. Each is refitted linearly to the campaign. Effects that fail are omitted.
+/// @param found in the order of the state's terms, from the first added one
 std::vector<Question> open_questions(const Problem& problem, const State& state,
                                      const std::vector<EffectFinding>& found, const std::vector<EffectFinding>& dropped,
                                      const Audit& audit);
@@ -61,60 +61,60 @@ struct NextCondition {
   std::vector<std::string> effects;
   std::string value;  ///< see Question
   io::Condition condition;
-  double reflectivity = 0;  ///< of its target, as the model found it
-  /// By which the two models differ there: sqrt(d' C^-1 d), C with jitter, light and what the values leave open.
+  double reflectivity = 0;  ///< reflectivity of its target, as the model estimates it
+  /// Difference of the two models there: sqrt(d' C^-1 d), C with jitter, light and the uncertainty of the values.
   double sigma = 0;
-  double measured_sigma = 0;   ///< the largest of the campaign's own conditions
-  std::size_t observable = 0;  ///< that carries most of it
-  /// Root mean square over superpixels of that observable, SI, distances as depths, when the values have made up for
-  /// what they can.
+  double measured_sigma = 0;   ///< largest sigma of the campaign's own conditions
+  std::size_t observable = 0;  ///< observable that contributes most
+  /// Root mean square over superpixels of the difference in that observable, SI, distances as depths, after the values
+  /// have compensated what they can.
   double difference = 0;
-  std::size_t candidates = 0;  ///< that were compared
+  std::size_t candidates = 0;  ///< number of conditions compared
   std::string experiment;
 };
 
-/// True if it distinguishes the models, by a change that is as large as matters (practical_threshold).
+/// True if it distinguishes the models, by a change of at least practical_threshold.
 bool tells(const NextCondition& next);
 
-/// The best condition for each question, for a blind effect that of whatever size shows best; ties first, then values
-/// that are not told, then the largest difference. What no condition of the list shows is left out.
+/// Best condition for each question, for a blind effect that of the most visible amplitude; ties first, then
+/// undetermined values, then the largest difference. Questions that no listed condition can answer are omitted.
 std::vector<NextCondition> next_conditions(const Problem& problem, const std::vector<Question>& questions);
 
-/// The first that tells something, and more than what was measured by a tenth; nullptr: there is none.
+/// First that distinguishes its models, 10 % better than the measured conditions; nullptr: there is none.
 const NextCondition* best_condition(const std::vector<NextCondition>& next);
 
-/// Standard deviations of one condition by which a question's models differ, in each of a problem's conditions,
-/// whichever of the two is right: the other one's values are fitted anew. What is left beside the board's place, the
-/// camera's offset and the light counts only where it is as large as matters (practical_threshold): below that the
-/// simulation itself is not exact.
+/// Difference of a question's models in each of a problem's conditions, in standard deviations, whichever of the
+/// two is right: the values of the other are refitted. After projecting out board position, camera offset and
+/// light, the difference counts only if it reaches practical_threshold, because the simulation itself is not exact
+/// below that.
 std::vector<double> differences_in_sigma(const Problem& problem, const Question& question);
 
-// ---- Distance of two models in conditions, after their values have made up for what they can ----
+// ---- Distance of two models in conditions, after their values have compensated what they can ----
 
-/// Information of the campaign on the values of a state's effects, in steps of their typical values, and on the
-/// targets' ln reflectivities: an information matrix. Empty where an effect gives no derivative.
+/// Information of the campaign on the values of a state's effects, in typical values, and on the targets' ln
+/// reflectivities. Empty if the derivative of an effect fails.
 Eigen::MatrixXd information_matrix(const Problem& problem, const State& state);
 
 /// Distance of two models in each of a problem's conditions.
 struct ModelDistance {
   std::vector<double> sigma;
-  Column left;  ///< of the difference, when the values have made up for what they can
+  Column left;  ///< difference after the values have compensated what they can
 };
 
-/// The first model of a question in the conditions of a problem: the same for all questions that begin with it.
+/// First model of a question in the conditions of a problem: shared by all questions that begin with it.
 struct QuestionLinearisation {
   State one;                    ///< without grid bias, with the nuisances of these conditions
-  Column rows;                  ///< that it expects
-  std::vector<Column> columns;  ///< of its values and of the targets' light; none where the campaign determines nothing
+  Column rows;                  ///< its expectation
+  std::vector<Column> columns;  ///< derivatives by values and light; empty if the campaign determines nothing
 };
 /// @throws simulation::EffectError
 QuestionLinearisation linearise_question(const Problem& problem, const Question& question,
                                          const ConditionNuisances& nuisances);
 
-/// Returns true when two questions begin with the same model.
+/// True if two questions begin with the same model.
 bool begin_alike(const Question& first, const Question& second);
 
-/// Distance of the two models, whichever is right: of each condition the one that the other comes nearer to.
+/// Distance of the two models, whichever is right: in each condition the smaller of the two directions.
 /// @throws simulation::EffectError
 ModelDistance model_distance(const Problem& problem, const QuestionLinearisation& first, const Question& question);
 

@@ -18,7 +18,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// A number of a superpixel in a condition; NaN: not known.
+/// Value at a superpixel in a condition; NaN: unknown.
 using Covariate = std::function<double(std::size_t condition, std::size_t superpixel)>;
 struct Axis {
   std::string name;
@@ -99,8 +99,8 @@ class Axes {
     return 2 * design_.pixels().at[2 * s + axis] / (size - 1) - 1;
   }
 
-  /// To -1 .. 1; nothing where it does not change. @param levels how many values there are, at most one more than the
-  /// highest degree
+  /// The covariate scaled to -1 .. 1; 0 where unknown. @param levels number of distinct values, at most one more than
+  /// the highest degree; 1: it does not vary
   Covariate scaled(const Covariate& raw, std::size_t& levels) const {
     std::set<double> values;
     for (std::size_t i = 0; i < design_.size(); ++i) {
@@ -154,7 +154,7 @@ class Axes {
     axes_.push_back(std::move(axis));
   }
 
-  /// Periods a round of the phase.
+  /// Adds a number of periods per turn of the phase.
   void cycle(int cycles) {
     const double range = physics::unambiguous_range(design_.camera().modulation_frequency);
     Axis axis{fmt::format("period {:.2f} m", range / cycles), {}};
@@ -176,13 +176,13 @@ Bases generic_bases(const Problem& problem) {
   const Design& design = problem.design;
   const std::size_t n = design.superpixels();
   Bases bases;
-  Axes axes(design);  // what it gives refers to it
+  Axes axes(design);  // must outlive the covariates, which refer to it
   for (const Axis& axis : axes.all()) {
     std::vector<Column> values;
     for (const Covariate& covariate : axis.columns) {
       auto& column = values.emplace_back(design.size(), std::vector<double>(n));
       for (std::size_t i = 0; i < design.size(); ++i) {
-        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // none of the settings is one of its
+        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // a capped lens has no such setting
         for (std::size_t s = 0; s < n; ++s) {
           const double value = covariate(i, s);
           column[i][s] = std::isfinite(value) ? basis_unit * value : 0;
@@ -284,7 +284,7 @@ PatternScan PatternFinder::find(const Problem& problem, const ModelFit& fit, std
   const double beyond = scanned.square - scanned.freedom;
   for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
     const Score& score = scanned.scores[b];
-    // One among many that nothing goes with is below what the false discoveries' limit can see of so many draws.
+    // A single pattern among many without effect cannot reach the false discovery limit with this number of draws.
     const bool beyond_chance = score.own_p_value <= limit || significant(score);
     if (!beyond_chance || score.gain < settings.min_pattern_gain) continue;
     const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem);

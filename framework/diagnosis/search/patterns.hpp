@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Location of a gap: generic patterns of the observables, with false discoveries controlled.
+/// @file Location of a gap: generic patterns of the observables, with a controlled false discovery rate.
 #pragma once
 
 #include "diagnosis/model/scan.hpp"
@@ -18,23 +18,23 @@ struct Basis {
 };
 inline constexpr double basis_unit = 1e-3;
 
-inline constexpr const char* everywhere = "everywhere";  ///< the axis of what does not change
+inline constexpr const char* everywhere = "everywhere";  ///< axis of a constant
 
-/// Patterns, and the columns of each in mm (distance) or 0.1 % (the others).
+/// Patterns, and the columns of each in mm (distance) or 0.1 % (other observables).
 struct Bases {
   std::vector<Basis> patterns;
   std::vector<Group> groups;
 };
 
-/// Those axes that this campaign varies.
+/// Patterns along the axes that this campaign varies.
 Bases generic_bases(const Problem& problem);
 
-/// Root mean square over the superpixels that are known, SI: of all, and of the condition where it is largest.
+/// Root mean square over the known superpixels, SI: of all, and of the condition where it is largest.
 struct BasisSize {
   double mean = 0, largest = 0;
 };
 
-/// Size of the pattern that a basis makes with these values.
+/// Size of the pattern of a basis with these values.
 BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
 
 // ---- Location of a gap ----
@@ -43,38 +43,38 @@ BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd&
 struct Pattern {
   std::size_t observable = 0;
   std::string axis;
-  double gain = 0, p_value = 1;  ///< the latter of this pattern alone, false discoveries controlled
+  double gain = 0, p_value = 1;  ///< p_value: of this pattern alone, for the false discovery rate
   double size = 0;               ///< root mean square, SI
   bool significant = false;      ///< among all patterns together
-  double largest = 0;            ///< likewise, in the condition where it is largest
-  double share = 0;              ///< of what is beyond noise
+  double largest = 0;            ///< root mean square in the condition where it is largest
+  double share = 0;              ///< fraction of the excess; NaN: unknown
 };
 
 struct PatternScan {
-  std::vector<Pattern> patterns;   ///< beyond chance, by p-value and gain
-  std::vector<double> gains;       ///< of each of all, less what noise gives
-  double most = 0;                 ///< the largest of these
+  std::vector<Pattern> patterns;   ///< significant ones, by p-value and gain
+  std::vector<double> gains;       ///< gain of each basis, minus the expectation of noise
+  double most = 0;                 ///< largest of the gains
   double square = 0, freedom = 0;  ///< see Scan
 };
 
-/// The axis of what no setting goes with.
+/// Axis of differences that follow no setting.
 inline constexpr const char* no_setting = "from one condition to the next, as no setting does";
 /// "distance along tilt about x".
 std::string name_of(const Pattern& pattern);
 
-/// The axis of a residue that is smooth over the image.
+/// Axis of a residual that is smooth over the image.
 inline constexpr const char* smooth_over_image = "smooth over the image, from one condition to the next";
-/// Pattern of a smooth field that is larger than boards and rooms leave.
+/// Pattern of a smooth field larger than usual for boards and rooms.
 std::optional<Pattern> large_smooth_field(const Problem& problem, const ModelFit& fit);
 
-/// A camera whose distances differ from one condition to the next by more than such cameras repeat: that is no
-/// nuisance, though no setting goes with it. Only where tilted boards tell it from boards that are misplaced.
+/// Pattern of a camera whose distances scatter between conditions more than usual: not a nuisance, although no setting
+/// explains it. Only if tilted boards distinguish it from misplaced boards.
 std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& fit);
 
 class PatternFinder {
  public:
   explicit PatternFinder(const Problem& problem);
-  /// @param flips draws; 0: no patterns, only what noise does not explain
+  /// @param flips number of draws; 0: no patterns, only the gains and the chi-square
   PatternScan find(const Problem& problem, const ModelFit& fit, std::size_t flips, std::uint64_t seed) const;
 
  private:

@@ -53,7 +53,7 @@ class PixelFit {
   /// Contribution of one condition to each pixel.
   struct Contribution {
     std::vector<Row> left, weight;
-    std::vector<std::vector<Row>> responses;  ///< of each map
+    std::vector<std::vector<Row>> responses;  ///< for each map
   };
   Contribution contribution_of(std::size_t condition, const FrameSums& frames) const {
     const double light = log_reflectivity_of(problem_, state_, condition);
@@ -73,7 +73,7 @@ class PixelFit {
       if (!used[p] || !(std::abs(base[p].phasor) > 0)) continue;
       left[p] = difference_of(frames.mean(p), base[p], scale);
       for (std::size_t o = 0; o < observables; ++o) {
-        // The frames' noise is that of the superpixel, which has as many times less.
+        // The noise of a pixel in the frames: a superpixel's variance is smaller by its number of pixels.
         const double variance =
             problem_.data[condition].variance[row(o, p)] * static_cast<double>(members[block_of(p)]);
         if (std::isfinite(variance) && std::isfinite(left[p][o])) weight[p][o] = 1 / variance;
@@ -85,7 +85,7 @@ class PixelFit {
     return part;
   }
 
-  /// In their order: sums of another order would differ in their last digits.
+  /// Adds in the given order: sums in another order would differ in their last digits.
   void add(std::span<const Contribution> parts) {
     tbb::parallel_for(std::size_t{0}, fits_.size(), [&](std::size_t p) {
       Eigen::MatrixXd response(observables, size());
@@ -108,7 +108,7 @@ class PixelFit {
     const Eigen::Index n = size();
     std::vector<std::vector<double>> raw(maps_.size()), variance(maps_.size());
     for (const Fit& fit : fits_) {
-      const Eigen::VectorXd unit = fit.information.diagonal().cwiseSqrt().cwiseInverse();  // maps differ in theirs
+      const Eigen::VectorXd unit = fit.information.diagonal().cwiseSqrt().cwiseInverse();  // units of the maps differ
       const Eigen::LDLT<Eigen::MatrixXd> solver(unit.asDiagonal() * fit.information * unit.asDiagonal());
       if (!unit.allFinite() || !(solver.rcond() > 1e-12)) continue;
       const Eigen::MatrixXd covariance =
@@ -127,7 +127,7 @@ class PixelFit {
       map.dataset = state_.terms[term_].candidate->map_dataset(maps_[m].parameter);
       map.unit = maps_[m].parameter.unit;
       map.noise = std::sqrt(physics::median(variance[m]));
-      // Pixels that are broken say nothing of the others.
+      // The median excludes broken pixels.
       const double all = physics::sd_of_deviations * physics::median(raw[m]);
       map.spread = std::min(std::sqrt(std::fmax(all * all - map.noise * map.noise, 0)), bound_of(m));
       map.values = state_.terms[term_].maps->of_pixels(m);
@@ -145,7 +145,7 @@ class PixelFit {
   }
 
  private:
-  /// Those that the superpixels may have used: of the roi, and of a board with a size those that see it alone.
+  /// Pixels that the superpixels may have used: those in the roi; for a board of stated size, those that see only it.
   std::vector<bool> used_pixels(std::size_t condition, const FrameSums& frames) const {
     const io::Condition& c = design_.conditions()[condition];
     std::vector<bool> used(fits_.size(), true);
@@ -183,8 +183,8 @@ class PixelFit {
     return forward_model(other.terms, design_.camera(), design_.physical());
   }
 
-  /// Takes out nuisances of the condition, a board that stands elsewhere and a little more light, which do not belong
-  /// to a map.
+  /// Projects out the position of the board and the light of the condition: nuisances that do not belong to a
+  /// map.
   void take_out_own(std::size_t condition, std::vector<Row>& left, const std::vector<Row>& weight) const {
     Eigen::Matrix2d information = 1e-30 * Eigen::Matrix2d::Identity();
     Eigen::Vector2d score = Eigen::Vector2d::Zero();
@@ -213,7 +213,7 @@ class PixelFit {
   simulation::ForwardModel model_;
   std::vector<simulation::ForwardModel> probes_;
   std::size_t width_, height_;
-  Column shared_;  ///< by all conditions, as a wander or the contrast; no map's
+  Column shared_;  ///< shared nuisances such as drift or contrast, not part of any map
   std::vector<Fit> fits_;
 };
 
@@ -225,7 +225,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
     if (state.terms[t].maps) fits.emplace_back(problem, state, t);
   }
   if (fits.empty()) return {};
-  constexpr std::size_t together = 8;  // conditions in memory at a time
+  constexpr std::size_t together = 8;  // conditions held in memory at once
   for (std::size_t first = 0; first < problem.design.size(); first += together) {
     std::vector<std::vector<PixelFit::Contribution>> parts(
         fits.size(), std::vector<PixelFit::Contribution>(std::min(together, problem.design.size() - first)));
@@ -245,7 +245,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
 
 namespace {
 
-/// True if the data do not determine one of the amplitudes of a group beside the maps of a fit.
+/// True if the data leave one of the amplitudes of a group undetermined when fitted with the maps of a fit.
 bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& group) {
   const Score score = score_of(problem, fit, group, 0, 0, map_columns(problem, fit.state));
   const Eigen::Index n = score.information.rows();

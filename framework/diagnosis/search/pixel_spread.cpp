@@ -18,12 +18,12 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-constexpr double gain_step = 2e-3;  ///< m, for the derivative of what the model measures
+constexpr double gain_step = 2e-3;  ///< m, for the derivative of the measured distance
 
 struct Law {
   std::string_view name, unit, sentence;
-  double scale;  ///< of the value in the sentence
-  double start;  ///< value at which a fit begins, in the unit
+  double scale;  ///< from the unit of the value to that in the sentence
+  double start;  ///< value at which a fit begins, in the law's unit
 };
 
 constexpr Law laws_of_spread[spread_laws] = {
@@ -36,7 +36,7 @@ constexpr Law laws_of_spread[spread_laws] = {
 
 const Law& law_of(SpreadLaw law) { return laws_of_spread[static_cast<std::size_t>(law)]; }
 
-/// A problem without data: what a model expects of conditions is all that is asked of it.
+/// A problem without data, used only for the expectations of a model.
 struct Expected {
   std::vector<Observations> data;
   Design design;
@@ -47,7 +47,7 @@ struct Expected {
         design(camera, physical, std::move(conditions), single),
         problem(make_problem(design, data)) {}
 
-  /// Rows of all conditions. @param fitted whose reflectivities are those of the targets of the same name
+  /// Rows of all conditions. @param fitted problem whose reflectivities are used for targets of the same name
   Rows rows(const Problem& fitted, const State& state) const {
     std::vector<double> light(problem.targets.size(), 0);
     for (std::size_t t = 0; t < light.size(); ++t) {
@@ -121,21 +121,21 @@ namespace {
 
 using Laws = std::vector<SpreadLaw>;
 
-constexpr double row_sd = 0.15;      ///< of the logarithm of a printed standard deviation: weight beside the next
-constexpr double light_sd = 1;       ///< of the logarithm of a target's light: a factor e
-constexpr double near_share = 0.25;  ///< what counts as explained
+constexpr double row_sd = 0.15;      ///< ln of a printed standard deviation; weight relative to the light's prior
+constexpr double light_sd = 1;       ///< prior, ln of a target's light: a factor e
+constexpr double near_share = 0.25;  ///< relative deviation within which a row counts as explained
 
-/// Standard deviation of normal values of which those beyond a reach are left out.
+/// Standard deviation of normal values after those farther from the mean than a reach are left out.
 double within_reach(double sd, double reach) {
   if (std::isnan(reach)) return sd;
   const double a = reach / sd;
-  if (a < 0.05) return reach / std::sqrt(3);  // evenly filled
+  if (a < 0.05) return reach / std::sqrt(3);  // uniform distribution
   const double inside = std::erf(a / std::numbers::sqrt2);
   const double density = std::exp(-a * a / 2) / std::sqrt(2 * std::numbers::pi);
   return sd * std::sqrt(1 - 2 * a * density / inside);
 }
 
-/// Standard deviation that a law alone makes at its start value, m.
+/// Standard deviation due to a law alone at its start value, m.
 double size_of(SpreadLaw law, const SpreadRow& row, double amplitude, const SpreadNoise& noise) {
   const double unit = law_of(law).start, scale = noise.metres_per_radian / amplitude;
   switch (law) {
@@ -154,7 +154,7 @@ double size_of(SpreadLaw law, const SpreadRow& row, double amplitude, const Spre
   }
 }
 
-/// A choice of laws for some rows: least squares in the logarithms, by Levenberg and Marquardt.
+/// Fit of selected laws to rows: least squares of the logarithms, by Levenberg and Marquardt.
 class SpreadFit {
  public:
   SpreadFit(std::span<const SpreadRow> rows, Laws laws, const SpreadNoise& noise)
@@ -168,13 +168,13 @@ class SpreadFit {
     values_.head(static_cast<Eigen::Index>(laws_.size())).setOnes();
     ceres::TinySolver<SpreadFit> solver;
     solver.options.initial_trust_region_radius = 1e2;
-    solver.options.max_num_iterations = 1000;  // with rejected steps
-    // A change of the squares, not a share of them: at the best fit they are about as many as the residuals.
+    solver.options.max_num_iterations = 1000;  // including rejected steps
+    // Absolute change of the sum of squares, which is about the number of residuals at the best fit.
     solver.options.function_tolerance = 1e-9 * NumResiduals();
     solver.Solve(*this, &values_);
   }
 
-  // As the solver takes a function.
+  // Interface that the solver requires of a function.
   using Scalar = double;
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
   int NumResiduals() const { return static_cast<int>(std::ssize(rows_) + values_.size() - std::ssize(laws_)); }
@@ -223,7 +223,7 @@ class SpreadFit {
 
   double predicted(const SpreadRow& row, const Eigen::VectorXd& values) const {
     const double amplitude = row.amplitude * std::exp(light_of(row.target, values));
-    double variance = 1e-12;  // a micrometre, where no law has anything
+    double variance = 1e-12;  // a micrometre squared, so that the logarithm exists
     for (std::size_t k = 0; k < laws_.size(); ++k) {
       const double part = values[static_cast<Eigen::Index>(k)] * size_of(laws_[k], row, amplitude, noise_);
       variance += part * part;
@@ -246,10 +246,10 @@ class SpreadFit {
   Laws laws_;
   SpreadNoise noise_;
   std::vector<std::string> targets_;  ///< in the order of the rows
-  Eigen::VectorXd values_;  ///< of the laws in units of their start values, then ln of the light of each further target
+  Eigen::VectorXd values_;  ///< in units of the laws' start values, then ln of the light of each further target
 };
 
-/// Laws that the rows can show.
+/// Laws that the rows can reveal.
 Laws candidate_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   Laws laws = {SpreadLaw::pattern, SpreadLaw::growing, SpreadLaw::inside, SpreadLaw::dark};
   const bool counted = std::ranges::all_of(rows, [](const SpreadRow& row) { return row.frames >= 1; });
@@ -258,7 +258,7 @@ Laws candidate_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   return laws;
 }
 
-/// Adds or takes out one law after the other while the criterion falls.
+/// Adds or removes one law after the other while the criterion falls.
 Laws chosen_laws(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   Laws chosen;
   double best = std::numeric_limits<double>::infinity();
@@ -286,7 +286,7 @@ double share_near(const std::vector<double>& errors) {
   return static_cast<double>(near) / static_cast<double>(errors.size());
 }
 
-/// Errors of each distance's rows, laws chosen and fitted without them.
+/// Errors of the rows of each distance, with laws selected and fitted without them.
 std::vector<double> held_out_errors(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   std::set<double> distances;
   for (const SpreadRow& row : rows) distances.insert(row.distance);

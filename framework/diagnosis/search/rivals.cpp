@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Keeps one rival a candidate: a tied form if there is one, else one that explains as much.
+/// Keeps one rival per candidate: a tied form if there is one, else one that explains as much.
 void put(std::vector<Rival>& rivals, Rival rival) {
   const auto rank = [](const Rival& one) { return std::tuple(!one.tied, !one.does_as_much(), one.bic); };
   const auto known = std::ranges::find(rivals, rival.candidate, &Rival::candidate);
@@ -23,7 +23,7 @@ void put(std::vector<Rival>& rivals, Rival rival) {
     *known = std::move(rival);
 }
 
-/// All of them, and where these are more than two all but one.
+/// The whole set, and if it has more than two terms, each subset that lacks one.
 std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t>& terms) {
   std::vector<std::vector<std::size_t>> parts = {terms};
   for (std::size_t out = 0; terms.size() > 2 && out < terms.size(); ++out) {
@@ -33,7 +33,7 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
   return parts;
 }
 
-/// Which of a state's terms is a candidate's, in any of its forms; their number, if none is.
+/// Index of a candidate's term in a state, in any of its forms; the number of terms if there is none.
 std::size_t term_of(const State& state, const Candidate& candidate) {
   const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
   return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
@@ -41,7 +41,7 @@ std::size_t term_of(const State& state, const Candidate& candidate) {
 
 }  // namespace
 
-/// Nothing if it is not better than the model without what it stands in the place of.
+/// Rival from a fit; nullopt if it is not better than the model without the effects that it replaces.
 std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& candidate,
                                       std::vector<std::string> in_place_of, ModelFit fit) {
   const ModelFit& best = selection_.best();
@@ -50,8 +50,8 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
     try {
       fit = selection_.refitted(fit.state);
-      fit.state.linearisation = less.state.linearisation;  // as all that it is compared with
-    } catch (const simulation::EffectError&) {             // it cannot do all pixels: as it is
+      fit.state.linearisation = less.state.linearisation;  // equal in all models compared
+    } catch (const simulation::EffectError&) {             // undefined in some pixel: the coarse fit is kept
     }
   }
   Rival rival{&candidate, std::move(in_place_of), fit.deviance - best.deviance,
@@ -78,17 +78,17 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   };
   for (Trial& trial : trials_.best(less, found.candidate, settings.min_rival_gain, alike))
     compare(trial.candidate->root(), std::move(trial.fit));
-  // A map of the pixels is the same in all conditions, as what belongs to the set-up may be: a tilt at one distance.
+  // A map of the pixels is equal in all conditions, like some effects of the setup: a tilt, at a single distance.
   const bool of_set_up = found.candidate->border().scope == TOFGRAPH_SCOPE_SETUP && problem_.design.superpixels() > 1;
   for (const auto& candidate : candidates_) {
     const bool asked = of_set_up && std::ranges::find(alike, candidate->name()) != alike.end();
     if (!asked || candidate->maps().empty() || is_in(less.state, *candidate)) continue;
     try {
       compare(*candidate, fit_with_map_of(problem_, less.state, *candidate));
-    } catch (const simulation::EffectError&) {  // it gives no number there
+    } catch (const simulation::EffectError&) {  // the effect fails
     }
   }
-  // What is said to be like it may be so in another form alone, or with other maps beside it.
+  // Effects listed as confused may be so only in another form, or together with other maps.
   for (const auto& candidate : candidates_) {
     if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.state, *candidate)) continue;
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
@@ -100,7 +100,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   return rivals;
 }
 
-/// Identifiability of the first of its nonlinear parameters that these data do not determine.
+/// Identifiability of a rival with a nonlinear parameter other than an angle; empty for other rivals.
 Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candidate& candidate) const {
   const std::size_t term = term_of(fit.state, candidate);
   const auto may_be_anything = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
@@ -111,8 +111,8 @@ Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candid
   return identifiability_of(fit, term, values, rest);
 }
 
-/// Message on the first of its nonlinear parameters that is near its limit, if it explains as much at the limit itself;
-/// or "".
+/// Message on the first nonlinear parameter that is near its limit, if the rival explains as much at the limit itself;
+/// else "".
 std::string Rivals::limit_reached(const ModelFit& fit, const Candidate& candidate) const {
   State end = fit.state;
   const std::size_t at = term_of(end, candidate);
@@ -125,14 +125,14 @@ std::string Rivals::limit_reached(const ModelFit& fit, const Candidate& candidat
     const double here = std::exchange(term.values[k], p.minimum);
     try {
       if (deviance_of(problem_, end) - deviance_of(problem_, fit.state) < settings.tie_limit) return limit;
-    } catch (const simulation::EffectError&) {  // it gives no number there
+    } catch (const simulation::EffectError&) {  // the effect fails at the limit
     }
     term.values[k] = here;
   }
   return "";
 }
 
-/// In the place of all of these, if it does as much. @param terms ascending
+/// Rival in place of all of these terms, if it explains as much. @param terms ascending
 std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms) {
   ModelFit less = selection_.best();
   std::vector<std::string> names;
@@ -143,7 +143,7 @@ std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const s
       less = without(problem_, less, {*term, std::nullopt});
     for (ModelFit& fit : selection_.forms_of(less, candidate))
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
-  } catch (const simulation::EffectError&) {  // it gives no number there
+  } catch (const simulation::EffectError&) {  // an effect fails
   }
   return !rivals.empty() && rivals.front().does_as_much() ? std::optional(std::move(rivals.front())) : std::nullopt;
 }
@@ -162,7 +162,7 @@ void Rivals::add_of_several(std::vector<EffectFinding>& all, std::size_t first_t
         terms.push_back(first_term + f);
     }
     if (terms.size() < 2) continue;
-    std::optional<Rival> rival;  // one that is tied, else one that does as much
+    std::optional<Rival> rival;  // a tied one, else one that explains as much
     std::vector<std::size_t> place;
     for (const std::vector<std::size_t>& some : parts_of_set(terms)) {
       std::optional<Rival> one = in_place_of_all(*candidate, some);

@@ -13,7 +13,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// The method, from top to bottom: run() has its steps in their order.
+/// The whole method: run() lists its steps in order.
 class Search {
  public:
   Search(const Problem& problem, const std::vector<Term>& model,
@@ -41,13 +41,13 @@ class Search {
   }
 
  private:
-  /// A model that passed the tests, with what they said.
+  /// A model that passed the tests, with their results.
   struct Tested {
     SelectedModel model;
     std::vector<EffectFinding> found, refinements;
   };
 
-  /// Asks what each candidate could change beside the given model, and where the gap is.
+  /// Linearises each candidate about the given model, and locates the gap.
   void screen() {
     selection_.linearise();
     findings_.trials.prepare(selection_.best().state, selection_.task().refused);
@@ -55,9 +55,9 @@ class Search {
     result_.where = findings_.patterns_of(selection_.best());
   }
 
-  /// Tests on all data, until all that is left passes; where nothing is left that does, once more beside the nuisances
-  /// of conditions, for which it may have stood.
-  /// @returns whether effects were looked for again; that is so twice at most, as what comes may go each time
+  /// Tests on all data until all remaining effects pass; if none remains, selects once more with the nuisances of
+  /// conditions, which refuted effects may have imitated.
+  /// @returns true if effects were selected again; at most twice, because the new ones may fail each time
   bool test() {
     tests_.run();
     const bool again = selection_.additions().empty() && !result_.dropped.empty() && reselected_ < 2 &&
@@ -70,7 +70,7 @@ class Search {
     return again;
   }
 
-  /// Searches again without whole levels of a setting. Where most folds agree on a better model, that is tested, too.
+  /// Searches again without whole levels of a setting. If most folds agree on a better model, that is tested, too.
   void cross_fit() {
     tests_.cross_fit();
     if (!tests_.follow_folds()) return;
@@ -78,19 +78,19 @@ class Search {
     tests_.cross_fit();
   }
 
-  /// Drops what is not confirmed on held-out data. What is left is tested again, as effects that were dropped may have
-  /// supported it.
+  /// Drops effects that held-out data do not confirm. The remaining ones are tested again, because dropped effects may
+  /// have supported them.
   void confirm() {
     bool dropped = false;
     for (; tests_.drop_unconfirmed(); dropped = true) {
-      // What was added has to be asked in all folds: these were searched whatever was found in all conditions.
+      // New additions must be tested in all folds, because these were searched for the earlier ones.
       if (test() && !selection_.additions().empty() && !result_.cross_fit.complete) tests_.cross_fit();
     }
     if (dropped && (selection_.additions().empty() || !result_.cross_fit.complete)) tests_.cross_fit();
   }
 
-  /// The time limit ended the search: the last model that passed the tests, or if none has been put to them, that which
-  /// effects had been added to by then.
+  /// After the time limit: returns to the last model that passed the tests, or if none was tested, to the last one to
+  /// which effects had been added.
   void return_to_tested() {
     result_.time_expired = true;
     selection_.set_deadline(options().verification);
@@ -101,8 +101,8 @@ class Search {
     result_.refinements = tested_ ? tested_->refinements : std::vector<EffectFinding>{};
   }
 
-  /// Drops effects until the model predicts distances no worse than the given one; where it does not without any, the
-  /// given values stay.
+  /// Drops effects until the model predicts distances no worse than the given one; if it still does without any, keeps
+  /// the given values.
   void compare_with_given_model() {
     selection_.task().report_progress("comparing with the given model");
     selection_.set_deadline(options().verification);
@@ -129,7 +129,7 @@ class Search {
     }
   }
 
-  /// Reason for which the best model must not be written, or nothing.
+  /// Reason why the best model must not be written, or "".
   std::string why_worse() {
     if (selection_.terms().empty()) return "";
     result_.verified =
@@ -163,7 +163,7 @@ class Search {
     result_.is_given = true;
   }
 
-  /// Asks what else could stand in the place of what is written, as far as the time limit allows.
+  /// Compares the written effects with rivals, as far as the time limit allows.
   void compare_with_rivals() {
     selection_.set_deadline(options().comparison);
     try {
@@ -175,7 +175,7 @@ class Search {
     for (EffectFinding& finding : result_.found) tests_.weigh(finding);
   }
 
-  /// Patterns that no candidate explains, and the candidates that come nearest to them.
+  /// Lists patterns that no candidate explains, and the candidates closest to them.
   void look_at_residual() {
     const Problem& problem = selection_.problem();
     const ModelFit& best = selection_.best();
@@ -219,7 +219,7 @@ class Search {
   SearchResult& result_ = findings_.result;
   SelectedModel begun_;  ///< before any effect
   std::optional<Tested> tested_;
-  bool untested_ = false;  ///< whether the time limit came before the tests
+  bool untested_ = false;  ///< true: the time limit came before the tests
   int reselected_ = 0;
 };
 
@@ -227,7 +227,7 @@ class Search {
 
 SearchResult search(const Problem& problem, const std::vector<Term>& model,
                     const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {
-  // A candidate that fails where no fit can do without it is left out, and the search begins anew.
+  // If a candidate fails where every fit needs it, it is left out and the search starts again.
   std::map<std::string, std::string> refused;
   for (;;) {
     try {

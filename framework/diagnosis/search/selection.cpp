@@ -14,7 +14,7 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Identity of a model: effects, and which of their parameters are free.
+/// Identity of a model: effects and their free parameters.
 std::vector<const Candidate*> identity_of(const std::vector<Term>& terms) {
   std::vector<const Candidate*> identity;
   for (const Term& term : terms) identity.push_back(term.candidate);
@@ -47,7 +47,7 @@ void Selection::accept(ModelFit fit) {
   selected_.best = linearised(problem(), std::move(selected_.best));
 }
 
-/// Fits the best model and the original one anew where the drift that the best one leaves has another mean.
+/// Refits the best and the given model if the drift of the best one has another mean.
 void Selection::update_drift_mean() {
   State state = with_drift_mean(problem(), best().state);
   const double mean = state.random_sd.mean;
@@ -55,7 +55,7 @@ void Selection::update_drift_mean() {
   if (mean < best().state.random_sd.mean && task_.added(best()) > 0)
     selected_.about_drift_mean = fit_nuisances(problem(), state);
   selected_.best = fit_with_maps(problem(), std::move(state));
-  if (selected_.original.state.log_reflectivity.empty()) return;  // there is none yet
+  if (selected_.original.state.log_reflectivity.empty()) return;  // not fitted yet
   State given = selected_.original.state;
   given.random_sd.mean = mean;
   std::vector<Column> jacobian = std::move(selected_.original.jacobian);
@@ -78,7 +78,7 @@ void Selection::return_to_given() {
   const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
   fit.covariance = there.covariance;
   fit.dimension = there.dimension;
-  // Not by accept(), which may fit again: the given values are to stay as they are.
+  // Not by accept(), which may refit: the given values must not change.
   select({selected_.original, linearised(problem(), std::move(fit)), selected_.barred});
 }
 
@@ -118,9 +118,9 @@ bool Selection::select_beside_nuisances(bool anew) {
   return true;
 }
 
-/// Adds what explains most for its parameters: the best set of effects, or where none is worth its own maps; or, where
-/// a residue is allowed, another size of it: that has one parameter, but pays for being any shape. Shapes of several
-/// boards come first: sets of effects would make up for them. @returns whether there is anything
+/// Adds the best set of effects; or maps, if none is worth its parameters or nearly all remains unexplained; or updates
+/// a smooth field in use, if that gains more. Heights of several boards come first, because sets of effects would
+/// imitate them. @returns true if something was added
 bool Selection::add_best() {
   const bool lacking = left() >= settings.explained;
   const BoardTrial boards = lacking ? boards_.beside(best().state) : BoardTrial{};
@@ -129,7 +129,7 @@ bool Selection::add_best() {
   if (best().state.nuisances.smooth_field && lacking) smooth_field = smooth_field_of(problem(), best());
   std::optional<ModelFit> next = subsets_.best_set(selected_);
   const auto beaten = [&] { return !next || bic(best()) - bic(*next) < smooth_field.gain; };
-  // A residue that is the same each time would look like maps: none are looked for beside one.
+  // A smooth field that lasts would look like maps, so none are tried with one.
   if ((beaten() || (lacking && leaves_nearly_all(*next))) && !best().state.nuisances.smooth_field) {
     std::optional<ModelFit> maps = maps_.best(selected_);
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
@@ -144,14 +144,14 @@ bool Selection::add_best() {
   return allow(std::move(more));
 }
 
-/// True if an addition reduces the unexplained residual hardly at all.
+/// True if an addition hardly reduces the unexplained residual.
 bool Selection::leaves_nearly_all(const ModelFit& added) const {
   const double now = lack_of_fit(problem(), linearised(problem(), added));
   return now >= settings.explained && left() - now < settings.min_excess_reduction * (left() - 1);
 }
 
 void Selection::add_all() {
-  // What is dropped may be tried again, so the rounds are counted, not the effects alone.
+  // Dropped effects may be tried again, so the rounds are limited, not only the number of effects.
   for (std::size_t round = 0; round < (best().state.nuisances.smooth_field ? 2 : 2 * task_.options.max_effects);
        ++round) {
     const bool first = task_.added(best()) == 0;
@@ -160,19 +160,19 @@ void Selection::add_all() {
     const ConditionNuisances before_nuisances = best().state.nuisances;
     if (!add_best()) break;
     if (std::optional<ModelFit> maps = first ? maps_.in_place_of(best(), selected_) : std::nullopt) {
-      std::optional<ModelFit> next = subsets_.best_set(selected_);  // one effect more may do what maps do
+      std::optional<ModelFit> next = subsets_.best_set(selected_);  // one more effect may explain as much as maps
       const bool more = next && bic(*next) < bic(*maps);
       if (!more || !try_accept(std::move(next->state))) try_accept(std::move(maps->state));
     }
     reached_ = selected_;
     backward_eliminate();
     reached_ = selected_;
-    // What was added came out again, as maps took over what it did: so it would for ever.
+    // The addition was eliminated again, because maps replaced it: this would repeat forever.
     const bool allows_more = best().state.nuisances.smooth_field != before_nuisances.smooth_field ||
                              !best().state.nuisances.boards != !before_nuisances.boards;
     if (!allows_more && identity_of(terms()) == having && bic(best()) > reached - settings.min_bic_gain) break;
-    // What stays unexplained whatever is added is none of the catalogue's, and each addition a stand-in for a bit of
-    // it.
+    // A residual that additions hardly reduce has causes outside the catalogue, of which each addition would imitate a
+    // part.
     if (const double now = left();
         !first && now >= settings.explained && before - now < settings.min_excess_reduction * (before - 1))
       break;
@@ -198,8 +198,8 @@ const ModelFit& Selection::without(const ModelTerm& piece) {
 
 void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
 
-/// Takes out an effect, and adds sets of effects. @param promised share of what it gained that these must promise to
-/// begin with @param limit of what BIC may rise by @returns whether the model is as good as that
+/// Removes an effect and adds sets of effects. @param promised fraction of its gain that the first set must predict
+/// @param limit largest rise of BIC @returns true if BIC rises by less
 bool Selection::reselect_without(const Candidate& one, double promised, double limit) {
   const double reached = bic(best()), deviance = best().deviance;
   State state = best().state;
@@ -215,13 +215,13 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
     else if (left_out() == before)
       break;
   }
-  if (best().deviance > reached + limit) return false;  // what is taken out only raises it
+  if (best().deviance > reached + limit) return false;  // elimination only raises it
   backward_eliminate();
   return bic(best()) < reached + limit;
 }
 
 bool Selection::exchange(const Candidate& one) {
-  if (best().state.nuisances.boards) return false;  // with other boards there is no comparison
+  if (best().state.nuisances.boards) return false;  // with other boards models cannot be compared
   SelectedModel before = selected_;
   const std::vector<Term> those = terms();
   const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
@@ -230,13 +230,13 @@ bool Selection::exchange(const Candidate& one) {
     if (reselect_without(one, 0, settings.min_bic_gain) && terms().size() >= those.size() &&
         std::ranges::all_of(those, stays))
       return true;
-  } catch (const simulation::EffectError&) {  // without it the others give no number
+  } catch (const simulation::EffectError&) {  // the others fail without it
   }
   select(std::move(before));
   return false;
 }
 
-/// Takes out what is not worth its parameters, the least of it first.
+/// Removes additions that are not worth their parameters, the least valuable first.
 void Selection::backward_eliminate() {
   while (additions().size() > 1) {
     const ModelFit* least = nullptr;
@@ -261,8 +261,8 @@ void Selection::backward_eliminate() {
   }
 }
 
-/// Repeats the search, begun with maps, if a residual is unexplained. Other effects may have taken the place of one
-/// that was hidden behind them.
+/// Repeats the search, starting with maps, if a residual is unexplained: other effects may have replaced one that was
+/// hidden by them.
 void Selection::select_from_maps() {
   if (best().state.nuisances.smooth_field || task_.added(best()) == 0 || left() < settings.explained) return;
   const double gained = bic(selected_.original) - bic(best());
@@ -274,15 +274,15 @@ void Selection::select_from_maps() {
   const double reached = bic(best());
   if (!try_accept(std::move(alone->trial.fit.state))) return;
   add_all();
-  // With other boards there is no comparison.
+  // With other boards models cannot be compared.
   if (bic(best()) > reached ||
       (best().state.nuisances.boards == nullptr) != (before.best.state.nuisances.boards == nullptr))
     select(std::move(before));
 }
 
-/// If several effects with maps were added, searches for effects with a few parameters in the place of one of
-/// them. A map can do what a lens does to the amplitude, at the price of all its numbers. With boards that are not flat
-/// there is no comparison.
+/// If several effects with maps were added, searches for effects with few parameters in place of one of them: a map can
+/// imitate the effect of a lens on the amplitude, at the price of all its values. Not with board heights, because
+/// models with different heights cannot be compared.
 void Selection::replace_maps() {
   std::vector<const Candidate*> with_maps;
   for (std::size_t t = task_.model.size(); t < terms().size(); ++t) {
@@ -294,7 +294,7 @@ void Selection::replace_maps() {
     bool better = false;
     try {
       better = reselect_without(*one, settings.map_replacement_promise, -settings.min_bic_gain);
-    } catch (const simulation::EffectError&) {  // without it the others give no number
+    } catch (const simulation::EffectError&) {  // the others fail without it
     }
     task_.note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
     if (better) return;
@@ -302,9 +302,9 @@ void Selection::replace_maps() {
   }
 }
 
-/// Looks for nuisances of conditions, a board that stands elsewhere or a residual that is smooth over the
-/// image: what can be seen beside that. Asked when no effect helps any more, as each of these could be taken for one.
-/// @returns whether there is such a thing that was not known before
+/// Estimates nuisances of conditions: misplaced boards, and a residual that is smooth over the image. Called when no
+/// effect helps any more, because effects and these nuisances can be mistaken for each other.
+/// @returns true if a new nuisance was included
 bool Selection::update_nuisances() {
   ConditionNuisances more = best().state.nuisances;
   more.jitter_scale = jitter_scale_of(board_offsets_of(problem(), best().state));
@@ -322,7 +322,7 @@ bool Selection::update_nuisances() {
   return allow(std::move(more));
 }
 
-/// @returns whether that could be: an effect may give no number where the fit goes then, and all stays as it was
+/// @returns false if an effect fails in the fit with these nuisances; nothing changes then
 bool Selection::allow(ConditionNuisances more) {
   task_.report_progress("allowing for what conditions have of their own");
   SelectedModel before = selected_;
@@ -350,17 +350,17 @@ bool Selection::allow(ConditionNuisances more) {
   return could;
 }
 
-/// An effect that has a part in the shapes of boards takes that back when they are found anew beside it.
-/// @returns whether there are any then
+/// Includes board heights. Effects partly absorbed by them regain that part when the heights are estimated again.
+/// @returns true if heights remain
 bool Selection::allow_boards(std::shared_ptr<const Boards> boards) {
   ConditionNuisances more = best().state.nuisances;
   more.boards = std::move(boards);
   return allow(std::move(more)) && best().state.nuisances.boards;
 }
 
-/// The search begun with shapes of boards that may be the camera's: of one target alone, or beside effects, which would
-/// make up for them otherwise. That has to lead to where nothing is left, and no effects, nor maps, may lead there
-/// alone.
+/// Repeats the search, starting with board heights that may be the camera's: of a single target, or with effects, which
+/// would imitate them otherwise. Accepted only if everything is then explained, and neither effects nor maps alone
+/// explain everything.
 void Selection::select_from_boards() {
   const BoardTrial boards = left() < settings.explained ? BoardTrial{} : boards_.beside(best().state);
   if (!boards.boards || boards.sure) return;
@@ -379,7 +379,7 @@ void Selection::select_from_boards() {
   if (!explains) select(std::move(before));
 }
 
-/// Fits with what the coarse grid misses of a state, its maps anew. @throws simulation::EffectError
+/// Refits with the grid bias of the state and updated maps. @throws simulation::EffectError
 void Selection::refine(State state) {
   update_grid_bias(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Selection of the effects that explain what a model does not, one class for each kind of addition.
+/// @file Selection of the effects that explain the residual of a model, one class for each kind of addition.
 #pragma once
 
 #include "diagnosis/data/search_settings.hpp"
@@ -20,41 +20,41 @@
 
 namespace tofgraph::diagnosis {
 
-// ---- Steps of a search, so that a reader can follow why an effect was accepted or rejected ----
+// ---- Steps of a search, which show why an effect was accepted or rejected ----
 
 struct Step {
   /// ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, followed, proved
   std::string what;
-  std::vector<std::string> effects;                     ///< that it was done with, "effect.parameter" for refinements
-  std::vector<std::pair<std::string, double>> numbers;  ///< NaN: there is none
+  std::vector<std::string> effects;                     ///< effects concerned, "effect.parameter" for refinements
+  std::vector<std::pair<std::string, double>> numbers;  ///< NaN: unknown
   std::string outcome;
 };
 
-// ---- Task of a selection and the model that it has reached, which all its steps share ----
+// ---- Task of a selection and the model that it has reached, shared by all its steps ----
 
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;
   std::uint64_t seed = 1;
   std::size_t flips = settings.sign_flips;
   std::function<void(const std::string& what)> progress;             ///< may be empty
-  std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; from any thread
-  Deadline deadline = {};  ///< of the search; what it has established by then is verified
-  /// Refits a model with those of the given values held that the data do not determine; nothing where all are
-  /// determined. May be empty.
+  std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
+  Deadline deadline = {};  ///< for the search; its results until then are verified
+  /// Refits a model and holds those of the given values that the data do not determine; nullopt if all are determined.
+  /// May be empty.
   std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit)> hold_given;
-  Deadline verification = {};  ///< of that; where it passes, the model stays as it was given
-  Deadline comparison = {};    ///< of what is written with what else could stand in its place
+  Deadline verification = {};  ///< for the verification; if it passes, the given model is kept
+  Deadline comparison = {};    ///< for the comparison of the written model with rivals
 };
 
-/// The model that a selection has reached. Undoing a step is assigning a copy.
+/// Model that a selection has reached. Assigning a copy undoes a step.
 struct SelectedModel {
-  ModelFit original, best;               ///< the model as it is, and with what was added
-  std::vector<const Candidate*> barred;  ///< roots that are not tried: exchanged, or they gave no number
-  /// The best model with its effects as they were while the drift had a mean, where that has just been taken away: it
-  /// stood for a constant, and in the fit without either other effects may bend to make up for that.
+  ModelFit original, best;               ///< given model, and the model with additions
+  std::vector<const Candidate*> barred;  ///< roots that are not tried: replaced by others, or failed
+  /// Best model, with its effects as fitted while the drift had a mean, if that has just been removed: it replaced a
+  /// constant, and in the fit without either, other effects may be distorted to compensate.
   std::optional<ModelFit> about_drift_mean = {};
 
-  /// The model as it is, with the nuisances of the best one and at its grid bias, so that both can be compared.
+  /// Given model, with the nuisances and the grid bias of the best one, so that both can be compared.
   ModelFit original_beside_best() const {
     ModelFit given = original;
     given.state.nuisances = best.state.nuisances;
@@ -66,10 +66,10 @@ struct SelectedModel {
 /// Data, candidates and options of a selection, with its log.
 struct SelectionTask {
   const Problem problem;
-  const std::vector<Term>& model;  ///< as it is
+  const std::vector<Term>& model;  ///< terms of the given model
   const std::vector<std::unique_ptr<Candidate>>& candidates;
   const SearchOptions& options;
-  std::map<std::string, std::string> refused;  ///< effects that are not tried, and why
+  std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons
   std::vector<Step> trace = {};
 
   double bic(const ModelFit& fit) const { return fit.bic(problem.data.size()); }
@@ -81,21 +81,21 @@ struct SelectionTask {
   void note(Step step) { trace.push_back(std::move(step)); }
 };
 
-// ---- Effects with a number for every pixel: they come last, and may take the place of others ----
+// ---- Effects with a value per pixel: added last, possibly in place of others ----
 
 class MapSearch {
  public:
-  /// @param task must live on
+  /// @param task must outlive this object
   explicit MapSearch(SelectionTask& task) : task_(task) {}
 
-  /// When no effect with a few parameters helps any more: maps beside what was found or in its place, if these are
-  /// worth their parameters.
+  /// Maps in addition to the effects found or in place of them, if they are worth their parameters. Called once no
+  /// effect with few parameters helps any more.
   std::optional<ModelFit> best(const SelectedModel& selected);
-  /// Maps beside the model as it was, without what was added: those of one effect, and beside them those of others
-  /// while these are worth it and more than enough is left. @param enough chi-square over its expectation
+  /// Maps added to the given model without the additions: those of one effect, then those of others while they are
+  /// worth their parameters and the lack of fit exceeds `enough`. @param enough chi-square over its expectation
   std::optional<MapTrial> alone(const SelectedModel& selected, double enough);
-  /// Maps alone where they explain all there is beside the model as it was, or nearly, and what was added to it does
-  /// not: that stands for a part of them. @param added with its jacobian
+  /// Maps alone, if they explain all or nearly all of the given model's residual and the addition does not: it then
+  /// imitates a part of them. @param added including its jacobian
   std::optional<ModelFit> in_place_of(const ModelFit& added, const SelectedModel& selected);
 
  private:
@@ -104,67 +104,67 @@ class MapSearch {
   SelectionTask& task_;
 };
 
-// ---- The mean of a map of lengths and a constant offset are one and the same ----
+// ---- Mean of a map of lengths, which is equivalent to a constant offset ----
 
-/// A state in which the constant has all of it, where the model has one: estimated maps of lengths then have no mean
-/// over the pixels. It expects the same as before. @throws simulation::EffectError
+/// State in which the constant includes the means, if the model has a constant: estimated maps of lengths then have
+/// mean 0 over the pixels. The expectation is unchanged. @throws simulation::EffectError
 State with_means_in_constant(const Problem& problem, State state);
 
-// ---- Boards that are not flat: their shapes are found with the model, anew for another one ----
+// ---- Boards that are not flat: their heights are estimated with the model, again for each other model ----
 
 class BoardFlatnessSearch {
  public:
-  /// @param task must live on
+  /// @param task must outlive this object
   explicit BoardFlatnessSearch(const SelectionTask& task) : task_(task) {}
 
-  /// Shapes beside a model; nothing if it has some already, or none are worth it.
+  /// Board heights in addition to a model; empty if it has some already or they are not accepted.
   BoardTrial beside(const State& state);
-  /// Boards and effects in turn, until neither changes. Effects that have a part in the shapes of boards take that back
-  /// when they are found anew beside them. A model without boards stays as it is.
-  /// @throws simulation::EffectError, but where the values went too far
+  /// Fits boards and effects alternately until neither changes. Effects partly absorbed by the heights regain that part
+  /// when the heights are estimated again. A model without board heights stays unchanged.
+  /// @throws simulation::EffectError, unless extrapolated values cause it
   ModelFit refit(ModelFit fit);
-  /// Shapes need not be the boards' by themselves, see BoardTrial::sure.
+  /// Accepts heights without evidence of their own, see BoardTrial::sure.
   void accept_unsure(bool accepted) { accept_unsure_ = accepted; }
 
  private:
   bool refit_once(ModelFit& fit) const;
 
   const SelectionTask& task_;
-  std::unique_ptr<const BoardFlatness> shapes_;  ///< when they are asked for
+  std::unique_ptr<const BoardFlatness> shapes_;  ///< made when first needed
   bool accept_unsure_ = false;
 };
 
-// ---- The best set of effects that may be added: sets that the linearised problem promises are fitted ----
+// ---- Best set of effects to add: sets with the largest predicted gains are fitted ----
 
-/// Gain of a set of effects in the linearised problem.
+/// Predicted gain of a set of effects, from the linearised problem.
 struct Promise {
   std::vector<std::string> names;
   double gain = 0;
 };
 
 class SubsetSearch {
-  /// A set that was fitted, by its alternatives; no fit where it gives no number.
+  /// A fitted set, as indices of its alternatives; no fit if it failed.
   struct FittedSet {
     std::vector<std::size_t> choices;
     std::optional<ModelFit> fit;
   };
 
  public:
-  /// @param task all must live on
+  /// @param task and the other arguments must outlive this object
   SubsetSearch(SelectionTask& task, MapSearch& maps, BoardFlatnessSearch& boards)
       : task_(task), maps_(maps), boards_(boards) {}
 
-  /// Linearises the candidates beside a model. To be called first. @throws TimeExpired
+  /// Linearises the candidates about a model. To be called first. @throws TimeExpired
   void linearise(const State& state);
   const Alternatives& alternatives() const { return alternatives_; }
 
-  /// The best sets of the linearised problem are fitted, and again in the noise that the best of these leaves, until no
-  /// other comes out. @param min_promise gain that a set must promise @returns nothing where none is worth it
+  /// Fits the best sets of the linearised problem, again with the best fit's variances, until no other set results.
+  /// @param min_promise lowest predicted gain of a set @returns nullopt if none is worth its parameters
   std::optional<ModelFit> best_set(const SelectedModel& selected, double min_promise = 0);
-  /// An effect beside a model, in those of its forms that promise most; those that give no number are not there.
+  /// Fits of an effect added to a model, in its forms with the largest predicted gains; forms that fail are omitted.
   /// @throws simulation::EffectError
   std::vector<ModelFit> forms_of(const ModelFit& base, const Candidate& one) const;
-  /// True if sets of effects promise beside the model as it is what they promised at first.
+  /// True if sets of effects predict the same gains for the present model as at first.
   bool promises_as_before(const SelectedModel& selected) const;
 
  private:
@@ -182,76 +182,76 @@ class SubsetSearch {
   SelectionTask& task_;
   MapSearch& maps_;
   BoardFlatnessSearch& boards_;
-  Alternatives alternatives_;      ///< beside the model as it is
-  std::vector<Promise> promised_;  ///< likewise, when it was looked at first
+  Alternatives alternatives_;      ///< for the given model
+  std::vector<Promise> promised_;  ///< predicted when first searched
 };
 
-// ---- Selection by the information criterion alone: none is tested ----
+// ---- Selection by the information criterion alone, without tests ----
 
-/// A model's effects and those that were added to it, fitted to some conditions.
+/// Effects of a model and those added to it, fitted to some conditions.
 class Selection {
  public:
-  /// @param model terms of the model as it is; these are refitted; all must live on
-  /// @param refused effects that are not tried, and why
+  /// @param model terms of the given model, which are refitted; all arguments must outlive this object
+  /// @param refused effects that are not tried, with reasons
   Selection(const Problem& problem, const std::vector<Term>& model,
             const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
             std::map<std::string, std::string> refused);
   Selection(const Selection&) = delete;
   Selection& operator=(const Selection&) = delete;
 
-  /// Fits the model as it is; after that the deadline counts. To be called first. @throws simulation::EffectError
+  /// Fits the given model; the deadline applies from then on. To be called first. @throws simulation::EffectError
   void begin();
-  /// Linearises the candidates beside it. To be called next. @throws TimeExpired
+  /// Linearises the candidates about the given model. To be called next. @throws TimeExpired
   void linearise() { subsets_.linearise(best().state); }
-  /// Adds effects until none is worth its parameters, and takes out what is not.
+  /// Adds effects until none is worth its parameters, and removes those that are not.
   void forward_select();
-  /// Looks for more effects beside the nuisances of conditions. @param anew nothing is left of a model that was
-  /// refuted: where something is left beside it and sets of effects promise what they promised then, they would lead to
-  /// it again, and none are looked for
-  /// @returns whether they were looked for
+  /// Searches for more effects with the nuisances of conditions included. @param anew nothing remains of a model that
+  /// was refuted: if the residual is unexplained and sets of effects predict the same gains as before, the search would
+  /// lead to the same model, so it is skipped
+  /// @returns true if effects were searched for
   bool select_beside_nuisances(bool anew = false);
-  /// The best model without an addition: fitted once, and kept until there is another best one.
+  /// Best model without an addition: fitted once, and kept until the best model changes.
   /// @throws simulation::EffectError
   const ModelFit& without(const ModelTerm& addition);
   /// See SubsetSearch::forms_of().
   std::vector<ModelFit> forms_of(const ModelFit& base, const Candidate& one) const {
     return subsets_.forms_of(base, one);
   }
-  /// Takes the best model without an addition as the best one.
+  /// Accepts the best model without an addition.
   void drop(const ModelTerm& addition);
-  /// Replaces an effect by others that explain as much beside the rest of the model; it is not added again.
+  /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
   /// @returns true if there are such others
   bool exchange(const Candidate& one);
-  /// Fits the best model again with the grid bias of every pixel.
+  /// Refits the best model with the grid bias of every pixel.
   void refit();
-  /// The same fit of another model with the nuisances of the best one; nothing is stored.
+  /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
   /// @throws simulation::EffectError
   ModelFit refitted(State state) const;
-  /// Fits a model and takes it as the best one. Where an effect cannot make its images, everything stays as it was, and
-  /// an effect that was new is not tried again. @returns true if it was taken
+  /// Fits a model and accepts it as the best one. If an effect fails, nothing changes, and a new effect that failed is
+  /// not tried again. @returns true if it was accepted
   bool try_accept(State state);
-  /// Takes a fit as the best one, with its jacobian. Where it leaves another mean of the drift, it and the original
-  /// model are fitted again about that.
+  /// Accepts a fit as the best one, with its jacobian. If the mean of its drift differs, it and the given model are
+  /// refitted with that mean.
   void accept(ModelFit fit);
-  /// Takes the given model as the best one: its parameters as they were given, reflectivities and variances fitted.
+  /// Accepts the given model as the best one: its parameters as given, reflectivities and variances fitted.
   void return_to_given();
 
   const SelectedModel& selected() const { return selected_; }
-  /// Undoes what was selected since.
+  /// Restores an earlier selection.
   void select(SelectedModel model);
-  /// The last model to which effects were added: what there is where time ends before all have been.
+  /// Last model to which effects were added: the result if time ends before the selection is complete.
   const SelectedModel& reached() const { return *reached_; }
   void set_deadline(const Deadline& deadline) { deadline_ = deadline; }
 
   SelectionTask& task() { return task_; }
   const SelectionTask& task() const { return task_; }
   const Problem& problem() const { return task_.problem; }
-  const ModelFit& original() const { return selected_.original; }  ///< the model as it is
+  const ModelFit& original() const { return selected_.original; }  ///< given model
   const ModelFit& best() const { return selected_.best; }
   const std::vector<Term>& terms() const { return best().state.terms; }
-  /// Every addition: the effects, and the refinements of these and of the model's own.
+  /// All additions: effects, and refinements of them and of the given model's effects.
   std::vector<ModelTerm> additions() const;
-  /// Changes that candidates could make to the model as it is.
+  /// Changes that candidates could make to the given model.
   const Alternatives& alternatives() const { return subsets_.alternatives(); }
   double bic(const ModelFit& fit) const { return task_.bic(fit); }
 
@@ -272,14 +272,14 @@ class Selection {
   std::size_t left_out() const { return selected_.barred.size() + task_.refused.size(); }
   double left() const { return lack_of_fit(problem(), best()); }
 
-  Deadline deadline_;  ///< of the problem
+  Deadline deadline_;  ///< the problem's deadline
   SelectionTask task_;
   MapSearch maps_{task_};
   BoardFlatnessSearch boards_{task_};
   SubsetSearch subsets_{task_, maps_, boards_};
   SelectedModel selected_;
   std::optional<SelectedModel> reached_;
-  std::deque<std::pair<ModelTerm, ModelFit>> without_;  ///< what was asked for of the best one; references stay
+  std::deque<std::pair<ModelTerm, ModelFit>> without_;  ///< fits without one addition; references stay valid
 };
 
 }  // namespace tofgraph::diagnosis

@@ -13,17 +13,17 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Gain that is nearly all of what the best set promises.
+/// Gain that is nearly all of the best set's predicted gain.
 double needed_of(const std::vector<Subset>& sets) {
   double most = 0;
   for (const Subset& set : sets) most = std::max(most, set.merit >= settings.min_bic_gain ? set.gain : 0);
   return settings.nearly_all * most - settings.chance_gain;
 }
 
-/// Sets in the order in which they are fitted: single effects, then the best sets of the fewest effects that promise
-/// nearly all, then the best one of one effect more. Large sets make up for what is not linear in a small one; what
-/// that misses is found from where its fit leads to.
-/// @param singles whether single effects are fitted whatever they promise
+/// Sets in the order in which they are fitted: single effects, then the best sets of the smallest size that predicts
+/// nearly all of the gain, then the best set of one effect more. Large sets compensate the nonlinearity of a smaller
+/// one; effects missed here are found after its fit.
+/// @param singles true: single effects are fitted regardless of their predicted gain
 std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed, bool singles) {
   std::size_t size = std::numeric_limits<std::size_t>::max();
   for (const Subset& set : sets) {
@@ -32,7 +32,7 @@ std::vector<Subset> worth_fitting(const std::vector<Subset>& sets, double needed
   std::vector<Subset> chosen;
   bool larger = false;
   std::size_t alone = 0;
-  double most = 0;  // that a single effect promises
+  double most = 0;  // largest predicted gain of a single effect
   for (const Subset& set : sets) most = std::max(most, set.choices.size() == 1 ? set.gain : 0);
   for (const Subset& set : sets) {
     const std::size_t count = set.choices.size();
@@ -50,7 +50,7 @@ std::vector<std::string> names_of(const Alternatives& all, const Subset& subset)
   return names;
 }
 
-/// Promises of the best set of each size.
+/// Predicted gains of the best set of each size.
 std::vector<Promise> promises_of(const Alternatives& all, const std::vector<Subset>& sets) {
   std::vector<Promise> promises;
   for (const Subset& set : sets) {
@@ -60,8 +60,8 @@ std::vector<Promise> promises_of(const Alternatives& all, const std::vector<Subs
   return promises;
 }
 
-/// With a map held, an effect for which it stands in part would promise next to nothing beside it. If the others give
-/// no number without the map it is held.
+/// Columns of maps that are refitted: with a map held, an effect that it imitates in part would have almost no
+/// predicted gain. The map is held if the other effects fail without it.
 std::vector<Column> following_maps(const Problem& problem, const State& state) {
   if (!maps_follow(state)) return {};
   try {
@@ -78,7 +78,7 @@ SubsetOptions priced_options(const Problem& problem) {
   return options;
 }
 
-/// Each effect by itself, in its best form.
+/// Options for each effect alone, in its best form.
 SubsetOptions single_options(const Problem& problem, const Alternatives& all) {
   SubsetOptions options = priced_options(problem);
   options.max_effects = 1;
@@ -86,7 +86,7 @@ SubsetOptions single_options(const Problem& problem, const Alternatives& all) {
   return options;
 }
 
-/// Sets of as many effects as may still be added.
+/// Options for sets of as many effects as may still be added.
 SubsetOptions subset_options(const SelectionTask& task, const ModelFit& best) {
   SubsetOptions options = priced_options(task.problem);
   options.singles = settings.max_singles;
@@ -95,7 +95,7 @@ SubsetOptions subset_options(const SelectionTask& task, const ModelFit& best) {
   return options;
 }
 
-/// Notes the promise of each effect alone, in its best form.
+/// Notes the predicted gain of each effect alone, in its best form.
 void note_ranks(SelectionTask& task, const Alternatives& all, const Score& score) {
   for (const Subset& subset :
        best_subsets(score.information, score.score(), all.choices, single_options(task.problem, all)))
@@ -112,7 +112,7 @@ void SubsetSearch::linearise(const State& state) {
     alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
 }
 
-/// Alternatives that are not in the best model. Effects that repeat a simpler one are left out: they are its rivals.
+/// Alternatives that the best model lacks. Effects that repeat a simpler one are omitted: they are its rivals.
 Alternatives SubsetSearch::alternatives_beside_best(const SelectedModel& selected) const {
   std::vector<const Candidate*> left_out = selected.barred;
   std::ranges::copy(alternatives_.repeated, std::back_inserter(left_out));
@@ -159,20 +159,20 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   return task_.bic(from) - task_.bic(best) >= settings.min_bic_gain ? std::optional(std::move(best)) : std::nullopt;
 }
 
-/// Fits the sets of one round; the best one becomes better if one is. @returns a model that makes further sets needless
+/// Fits the sets of one round; updates `best` if one is better. @returns a model that makes further sets unnecessary
 std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selected, const Alternatives& all,
                                                     const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
                                                     std::vector<FittedSet>& tried, ModelFit& best) {
   const ModelFit& from = selected.best;
   const double needed = needed_of(sets), before = task_.bic(best);
   std::size_t size = 1;
-  // Of one number a condition, what no effect explains is scatter: only a fit determines how much less there may be.
+  // With one value per condition, the unexplained residual is scatter: only a fit shows how much the scatter decreases.
   const bool singles = task_.problem.design.superpixels() == 1;
   for (const Subset& subset : worth_fitting(sets, needed, singles)) {
-    // Where one effect alone does, once it is fitted, what sets promise, these need not be.
+    // If a fitted smaller set gains what the best set predicts, larger sets are unnecessary.
     const bool larger = subset.choices.size() > size;
     if (larger && from.deviance - best.deviance >= needed) break;
-    // Nor where boards that are not flat explain what is left beside one.
+    // They are also unnecessary if boards that are not flat explain the residual of a single effect.
     const bool first_larger = larger && size == 1;
     if (first_larger && task_.bic(best) < task_.bic(from) - settings.min_bic_gain && boards_.beside(best.state).sure)
       return best;
@@ -190,7 +190,7 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
                 : better ? "the best so far"
                          : "not better than the best so far"});
     if (better) best = std::move(*next);
-    // Nor where maps explain more than the best of them does, and than any of them promises.
+    // They are also unnecessary if maps explain more than the best fit does and than any set predicts.
     if (!first_larger || task_.added(from) != 0) continue;
     std::optional<ModelFit> maps = maps_.in_place_of(linearised(task_.problem, best), selected);
     if (maps && task_.bic(from) - task_.bic(*maps) >= sets.front().merit) return maps;
@@ -227,8 +227,8 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
   return fits;
 }
 
-/// Fit of a set that is never worse than a model which it contains: that without it, or with a part of it. Where other
-/// starts lead to a worse one, the fit begins again at that model, with the rest of the set off.
+/// Fit of a set that is never worse than a nested model: the model without the set, or with a part of it. If other
+/// starts end worse, the fit starts again at the nested model, with the rest of the set off.
 std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selected, const Alternatives& all,
                                                     const Subset& subset, const Eigen::MatrixXd& information,
                                                     std::span<const FittedSet> tried) {
@@ -255,7 +255,7 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
   }
   try {
     keep_better(fit_roughly_with_maps(task_.problem, std::move(start)));
-  } catch (const simulation::EffectError&) {  // nothing from there
+  } catch (const simulation::EffectError&) {  // fails from there
   }
   task_.note({"fitted again",
               names_of(all, subset),
@@ -264,9 +264,9 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
   return best;
 }
 
-/// Starts of the fit of a set: the sizes where the linear solution puts them, which moves the effects of the model as
-/// well; and, where that is worse than the model without the set as these have to move, halved until it is not: the fit
-/// may take such a deviation for scatter between conditions.
+/// Starts of the fit of a set: the amplitudes of the linear solution, which assumes that the model's effects change,
+/// too; if it is worse than the model without the set, also the halved solution, repeatedly halved until it is better,
+/// because the fit may mistake such a deviation for scatter between conditions.
 std::vector<State> SubsetSearch::starts_of(const ModelFit& from, const Alternatives& all, const Subset& subset,
                                            const Eigen::VectorXd& values) const {
   const auto placed = [&](double share) {
@@ -282,7 +282,7 @@ std::vector<State> SubsetSearch::starts_of(const ModelFit& from, const Alternati
   const auto is_better = [&](const State& state) {
     try {
       return deviance_of(task_.problem, state) < from.deviance;
-    } catch (const simulation::EffectError&) {  // nearer to where it changes nothing it may give a number
+    } catch (const simulation::EffectError&) {  // nearer to off the effect may be defined
       return false;
     }
   };
@@ -294,9 +294,9 @@ std::vector<State> SubsetSearch::starts_of(const ModelFit& from, const Alternati
   return starts;
 }
 
-/// From where the linear solution leads to; and, where a size shows only beside another one, as roughness does beside
-/// what is matt, once more from half a step of it: where it is off it may have no slope. Nothing where an effect gives
-/// no number. @param information of all columns
+/// Fit of a set from the linear solution; also from half a step of amplitudes without a visible change of their own:
+/// some show only with another one, as roughness does with matt surfaces, and have no slope at off. Nullopt if an
+/// effect fails. @param information of all columns
 std::optional<ModelFit> SubsetSearch::fitted(const ModelFit& from, const Alternatives& all, const Subset& subset,
                                              const Eigen::MatrixXd& information) const {
   Eigen::VectorXd visible = subset.values;
@@ -313,13 +313,13 @@ std::optional<ModelFit> SubsetSearch::fitted(const ModelFit& from, const Alterna
     try {
       ModelFit next = fit_roughly_with_maps(task_.problem, std::move(state));
       if (!best || next.deviance < best->deviance) best = std::move(next);
-    } catch (const simulation::EffectError&) {  // nothing from there
+    } catch (const simulation::EffectError&) {  // fails from there
     }
   };
   for (State& start : starts_of(from, all, subset, subset.values)) try_from(std::move(start));
   if (!differ) return best;
   const State shown = starts_of(from, all, subset, visible).back();
-  const auto stays = [&](const State& state) {  // where it has left its place by itself, it had a slope
+  const auto stays = [&](const State& state) {  // if it has moved by itself, the slope was not zero
     for (std::size_t t = from.state.terms.size(); t < state.terms.size(); ++t) {
       const std::vector<FreeParameter>& free = state.terms[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k) {

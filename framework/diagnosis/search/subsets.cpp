@@ -24,7 +24,7 @@ struct Node {
   double gain = 0, merit = 0;
 };
 
-/// A node with one choice more.
+/// A node with one more choice.
 struct Entry {
   std::size_t node = 0, choice = 0;
   double gain = 0, merit = 0;
@@ -78,7 +78,7 @@ class Enumeration {
     return std::ranges::any_of(node.choices, [&](std::size_t c) { return choices_[c].effect == effect; });
   }
 
-  /// Gains of a node with each of the choices beside it; NaN where it has the effect already. @param first choice
+  /// Gains of a node with each further choice; NaN if the node has the effect already. @param first choice evaluated
   std::vector<double> gains(const Node& node, std::size_t first) const {
     const std::vector<Eigen::Index> held = columns_of(node.choices);
     const Eigen::MatrixXd across = information_(held, Eigen::all);
@@ -97,8 +97,8 @@ class Enumeration {
     return result;
   }
 
-  /// s' M^-1 s of one choice, with what is held taken out: by Cholesky's factors, in place, as this is done a million
-  /// times.
+  /// s' M^-1 s of one choice, with the held columns projected out: by Cholesky factors, in place, because this is done
+  /// a million times.
   double gain_beside(const Eigen::MatrixXd& across, const Eigen::MatrixXd& taken, const Eigen::VectorXd& score,
                      std::size_t choice) const {
     const std::vector<Eigen::Index>& own = choices_[choice].columns;
@@ -113,7 +113,7 @@ class Enumeration {
         const Eigen::Index to = own[static_cast<std::size_t>(b)];
         double value = information_(at, to) - across.col(at).dot(taken.col(to));
         for (Eigen::Index k = 0; k < b; ++k) value -= factor(a, k) * factor(b, k);
-        // A direction that is held already has nothing left but rounding.
+        // In a direction that is already held only rounding errors remain.
         factor(a, b) = a == b ? std::sqrt(std::max(value, 1e-12 * information_(at, at))) : value / factor(b, b);
       }
       for (Eigen::Index k = 0; k < a; ++k) left(a) -= factor(a, k) * left(k);
@@ -123,11 +123,11 @@ class Enumeration {
     return gain;
   }
 
-  /// Upper limit of the gain of any set: that of all columns at once.
+  /// Upper limit of the gain of any set: that of all columns together.
   double gain_of_all() const { return score_.dot(information_.ldlt().solve(score_)); }
 
-  /// All sets with one effect more. @param complete whether these are all sets of their size, so that each set with
-  /// one more has one of them as its first
+  /// All sets with one more effect. @param complete true: these are all sets of their size, so each larger set extends
+  /// exactly one of them by a later choice
   std::vector<Entry> enlarged(const std::vector<Node>& level, bool complete) const {
     std::vector<std::vector<Entry>> grown(level.size());
     tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t n) {
@@ -150,7 +150,7 @@ class Enumeration {
     return node;
   }
 
-  /// The best of them, as many as the beam is wide. @param times how often a set may be among them
+  /// The best sets, at most the width of the beam. @param times number of times that a set may occur
   std::vector<Node> chosen(const std::vector<Node>& level, std::vector<Entry> entries, std::size_t times) const {
     if (const std::size_t most = options_.beam * times; entries.size() > most) {
       std::ranges::nth_element(entries, entries.begin() + static_cast<std::ptrdiff_t>(most), std::greater<>{},
@@ -168,9 +168,9 @@ class Enumeration {
     return nodes;
   }
 
-  /// The best sets of a size.
+  /// Stores the best sets of a size.
   void keep(const std::vector<Node>& level, const std::vector<Entry>& entries) {
-    std::map<std::vector<std::size_t>, Node> best;  // of each set of effects
+    std::map<std::vector<std::size_t>, Node> best;  // best node per set of effects
     double least = -std::numeric_limits<double>::infinity();
     const auto merit = [](const auto& entry) { return entry.second.merit; };
     for (const Entry& entry : entries) {

@@ -16,7 +16,7 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// A probe and its group for each of the shapes at which a candidate is scored.
+/// Adds a probe and its group for each combination of nonlinear values at which a candidate is scored.
 void probe(const Problem& problem, const State& state, const Rows& rows, const Candidate& candidate,
            NonlinearRange range, Probes& probes) {
   Probe one{&candidate, {}, {}, {}};
@@ -37,7 +37,7 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
             change_by_step(problem, rows, one.values, one.amplitudes[c], one.steps[c],
                            [&](std::span<const double> moved) { return one.placed(state, moved); }));
     } catch (const simulation::EffectError&) {
-      if (std::exchange(first, false)) throw;  // at its usual shapes it has to give numbers
+      if (std::exchange(first, false)) throw;  // the effect must be defined at its usual nonlinear values
       continue;
     }
     first = false;
@@ -80,7 +80,7 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
   Probes probes;
   const auto rows = expected(problem, state);
   for (const auto& candidate : candidates) {
-    if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated otherwise
+    if (is_in(state, *candidate) || !candidate->maps().empty()) continue;  // maps are estimated separately
     const std::size_t before = probes.list.size();
     try {
       probe(problem, state, rows, *candidate, range, probes);
@@ -93,8 +93,8 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
   return probes;
 }
 
-/// Starts of a fit: at the amplitudes that the score suggests; with those that it does not determine at half their
-/// typical value, as a size may need another one to show; and where the effect changes nothing.
+/// Starts of a fit: at the amplitudes that the score suggests; with undetermined ones at half their typical value,
+/// because an amplitude may show only with another one; and with the effect off.
 std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
   std::vector<double> guess = probe.values, other = guess;
   bool unmoved = false;
@@ -117,7 +117,7 @@ Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& scor
   Trial result{probe.candidate, {}, score};
   const std::vector<State> all = starts(base.state, probe, score);
   for (std::size_t s = 0; s < all.size(); ++s) {
-    // The last is for where the others are beyond what the effect can do, or lead to a minimum that is none.
+    // The last start is used if the others are outside the effect's domain or end in a poor minimum.
     if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
     try {
       ModelFit next = fit_last(problem_, all[s], base.jacobian);
@@ -148,7 +148,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   std::ranges::stable_sort(ranked, std::greater<>{}, merit);
   const double most = scanned.scores[ranked.front()].gain;
   std::vector<Trial> result;
-  std::map<const Candidate*, std::pair<std::size_t, double>> tried;  // starts, and the first one's gain
+  std::map<const Candidate*, std::pair<std::size_t, double>> tried;  // number of starts, and the gain of the first
   for (const std::size_t i : ranked) {
     const Probe& probe = *probes[i];
     const Score& score = scanned.scores[i];
@@ -157,7 +157,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
     if (out || (!asked && score.gain < promising * most)) continue;
     if (!asked && !tried.contains(probe.candidate) && tried.size() >= settings.max_fitted_candidates) continue;
     auto& [starts, first_gain] = tried.try_emplace(probe.candidate, 0, score.gain).first->second;
-    const bool again = starts > 0 && score.gain > 0.999 * first_gain;  // an angle half a turn on, with the other sign
+    const bool again = starts > 0 && score.gain > 0.999 * first_gain;  // an angle half a turn further, opposite sign
     if (starts == settings.max_starts || again || score.gain < settings.second_start_gain * first_gain) continue;
     ++starts;
     Trial trial = fitted(base, probe, score);
@@ -205,7 +205,7 @@ std::vector<std::string> confused_with(const Candidate& one,
 
 namespace {
 
-/// Change by a term, with the other effects as they are.
+/// Change by a term, with the other effects unchanged.
 std::optional<Column> change_of(const Problem& problem, const State& state, const Rows& rows, const ModelTerm& piece) {
   if (state.terms[piece.term].maps) return std::nullopt;
   State less = state;
@@ -221,7 +221,7 @@ std::optional<Column> change_of(const Problem& problem, const State& state, cons
   }
 }
 
-/// Columns of a model that are not those of a piece.
+/// Indices of a model's columns that do not belong to a piece.
 std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& piece, std::size_t columns) {
   const Term& term = state.terms[piece.term];
   const std::size_t first = first_parameter(state, piece.term) +
@@ -253,7 +253,7 @@ std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& b
   std::vector<Column> maps;
   try {
     maps = map_columns(problem, state);
-  } catch (const simulation::EffectError&) {  // without a map the others give no number
+  } catch (const simulation::EffectError&) {  // the other effects fail without a map
     return rises;
   }
   ModelFit alone = best;
@@ -267,7 +267,7 @@ std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& b
     inner.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
     const Eigen::VectorXd across = information(others, *at[p]);
     const double alone = information(*at[p], *at[p]) - across.dot(inner.ldlt().solve(across));
-    // Where boards and light scatter more, each condition pays the logarithm.
+    // Where boards and light scatter more, each condition contributes the logarithm.
     rises[p] = conditions * std::log1p(std::max(alone, 0.0) / conditions);
   }
   return rises;

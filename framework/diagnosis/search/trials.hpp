@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Candidates scored against what a fit leaves, and the most promising fitted jointly with what the fit has.
+/// @file Candidates scored against the residual of a fit, and joint fits of the most promising ones.
 #pragma once
 
 #include "diagnosis/model/scan.hpp"
@@ -15,41 +15,41 @@ namespace tofgraph::diagnosis {
 
 // ---- Changes that each candidate would make, before any is fitted ----
 
-/// A candidate with shapes at which its sizes are scored.
+/// A candidate with nonlinear values at which its amplitudes are scored.
 struct Probe {
   const Candidate* candidate = nullptr;
   std::vector<double> values;
-  std::vector<std::size_t> amplitudes;  ///< the parameters that the columns of its group stand for
-  std::vector<double> steps;            ///< of these, SI: what one column is for
+  std::vector<std::size_t> amplitudes;  ///< parameters of the columns of its group
+  std::vector<double> steps;            ///< SI, changes of these for one column
 
-  /// A state with it. @param chosen values of its parameters
+  /// State with the candidate added. @param chosen values of its parameters
   State placed(State state, std::span<const double> chosen) const;
 };
 
-/// Probes and their columns: the change that a typical step of each size makes. A whole step and not a derivative,
-/// for some effects begin with the square of their size.
+/// Probes and their columns: the change by a typical step of each amplitude. A whole step instead of a derivative,
+/// because the change by some effects is quadratic in their amplitude.
 struct Probes {
   std::vector<Probe> list;
   std::vector<Group> groups;
-  std::map<std::string, std::string> refused;  ///< candidates that cannot be used, and why
+  std::map<std::string, std::string> refused;  ///< candidates that cannot be used, with reasons
 };
 
-/// @param state what the changes are made to; candidates that are in it are left out
+/// @param state to which the changes are made; candidates that it has are skipped
 Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
                  NonlinearRange range = NonlinearRange::any);
 
-/// Change of the rows by one step of a parameter, and where the effect cannot do that by one to the other side.
-/// @param rows without the step @param placed makes the state with some values of the parameters
-/// @throws simulation::EffectError it can do neither
+/// Change of the rows by one step of a parameter, or if the effect fails there, by one in the opposite direction.
+/// @param rows without the step @param placed makes the state with given values of the parameters
+/// @throws simulation::EffectError if both fail
 Column change_by_step(const Problem& problem, const Rows& rows, std::vector<double> values, std::size_t parameter,
                       double step, const std::function<State(std::span<const double>)>& placed);
 
 /// True if a state has an effect of this name.
 bool is_in(const State& state, const Candidate& candidate);
 
-// ---- Candidates scored against what a fit leaves, and the most promising fitted jointly with what the fit has ----
+// ---- Candidates scored against the residual of a fit, and joint fits of the most promising ones ----
 
-/// A candidate in a model, with its score before it was fitted.
+/// A candidate in a model, with its score before the fit.
 struct Trial {
   const Candidate* candidate = nullptr;
   ModelFit fit;
@@ -61,18 +61,18 @@ class Trials {
   Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates)
       : problem_(problem), candidates_(candidates) {}
 
-  /// Probes the candidates anew. @param state what their changes are made to @param refused which are not tried, and
-  /// why
+  /// Probes the candidates again.
+  /// @param state to which the changes are made @param refused candidates that are not tried, with reasons
   void prepare(const State& state, const std::map<std::string, std::string>& refused) {
     probes_ = probes_of(problem_, state, candidates_);
     probes_.refused.insert(refused.begin(), refused.end());
   }
   const std::map<std::string, std::string>& refused() const { return probes_.refused; }
 
-  /// The best candidates, fitted, best first by BIC.
-  /// @param except a candidate that is scored and not fitted, or nullptr
-  /// @param promising share of the best score below which none is fitted
-  /// @param always names of those that are fitted whatever their score
+  /// Fits of the best candidates, best first by BIC.
+  /// @param except a candidate that is scored but not fitted, or nullptr
+  /// @param promising fraction of the best score below which none is fitted
+  /// @param always names of those that are fitted regardless of their score
   std::vector<Trial> best(const ModelFit& base, const Candidate* except, double promising,
                           std::span<const std::string> always = {}) const;
 
@@ -85,17 +85,17 @@ class Trials {
   Probes probes_;
 };
 
-/// Names of the effects that are confused with one, as its author or theirs say.
+/// Names of the effects listed as confused with one, by its author or by theirs.
 std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
-/// The model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
+/// Model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
 ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece);
 
-// ---- Lower limits of the deviance that a model loses without a term, before it is fitted without it ----
+// ---- Lower limits of the deviance that removing a term costs, before the fit without it ----
 
-/// Least rises of the deviance where each of some pieces is taken out of a model: what its change of the data makes
-/// that no other effect and no map can make, linearised, if boards and light take over as much as they can. 0 where
-/// that is not known: of pieces with maps, and of those without which others give no number.
+/// Lower limits of the rise of the deviance when each of some pieces is removed: from the linearised part of its change
+/// that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown: for
+/// pieces with maps, and if the other effects fail without the piece.
 std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best, std::span<const ModelTerm> pieces);
 
 }  // namespace tofgraph::diagnosis

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Numeric arrays of an HDF5 file that another program wrote.
+/// @file Numeric arrays of an HDF5 file written by another program.
 #pragma once
 
 #include <tofgraph/file_format.hpp>
@@ -11,12 +11,12 @@
 
 namespace tofgraph::io {
 
-/// Datasets of whole or floating-point numbers with one to five dimensions, under their paths in the file
-/// ("camera/depth"). Others (texts, compounds, scalars, those in other files) are left alone.
+/// Datasets of integers or floating-point numbers with one to five dimensions, under their paths in the file
+/// ("camera/depth"). Others (texts, compounds, scalars, those in other files) are ignored.
 class ArrayFile {
  public:
   /// Opens the file after a child process has read the ends of each array.
-  /// @throws std::runtime_error as the end of a sentence about the file: it is damaged, has no such array, is a capture
+  /// @throws std::runtime_error with the end of a sentence about the file: damaged, no such array, a capture
   explicit ArrayFile(const std::filesystem::path& file);
   ~ArrayFile();
   ArrayFile(const ArrayFile&) = delete;
@@ -26,7 +26,7 @@ class ArrayFile {
   /// Elements first .. first + count - 1 of an array's slowest axis, in the byte order of this machine.
   /// @throws std::runtime_error
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const;
-  /// Trial of a file in a separate process, within limits that this process keeps from then on.
+  /// Reads a file on trial in a separate process, whose memory and processor time are limited from then on.
   static void read_on_trial(const std::filesystem::path& file);
 
  private:

@@ -17,7 +17,7 @@ namespace tofgraph::io {
 /// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist
 std::array<std::uint64_t, 2> used_frames(const Condition& condition, std::uint64_t frames);
 
-/// @throws std::runtime_error if frames of a condition have several integration times, which must not be averaged
+/// @throws std::runtime_error if frames of a condition have several integration times, because these cannot be averaged
 void check_one_integration_time(const CaptureReader& capture, const std::array<std::uint64_t, 2>& frames);
 
 /// All settings on which the sums depend, one "name value" per line: the capture's hash, the frames, and the used parts
