@@ -9,8 +9,8 @@
 
 namespace tofgraph::calibration {
 
-/// Mapping of counts to grey: proportional; square root, which lifts dark boards; relative to the mean about each
-/// pixel, which removes gradients.
+/// Mapping of counts to grey values: proportional; square root, which brightens dark boards; relative to the mean
+/// around each pixel, which removes gradients.
 enum class Tones { linear, root, local };
 
 /// Factor by which an image is enlarged for detectors made for larger images.

@@ -158,7 +158,7 @@ bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined
   Eigen::Matrix<double, parameters, 1> p;
   p << 0, 0, std::atan2(rough.along_row[1], rough.along_row[0]),
       std::atan2(rough.along_column[1], rough.along_column[0]), std::log(start_blur), (even + odd) / (2 * scale),
-      // negative for bright even quadrants: right of one edge and below the other, the signed distances differ in sign
+      // in even quadrants, e.g. right of one edge and below the other, the product of the signed distances is negative
       (odd - even) / (2 * scale), 0, 0;
   solver.Solve(function, &p);
   const double blur = std::exp(p[log_blur]);

@@ -67,8 +67,8 @@ void make_right_handed(Lattice& l) {
                  l.at.begin() + static_cast<std::ptrdiff_t>((row + 1) * l.columns));
 }
 
-/// Distance of the lattice from a homography with a smooth distortion, px rms: third-order polynomials of the place on
-/// the board, of which a small lattice has fewer.
+/// Deviation of the lattice from a homography with smooth distortion, px rms. The distortion is a polynomial of the
+/// position on the board, of third order, or second for less than 5 columns or rows.
 double roughness(const Lattice& l) {
   std::vector<cv::Point2d> ideal;
   for (std::size_t row = 0; row < l.rows; ++row)

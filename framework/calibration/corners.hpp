@@ -42,8 +42,8 @@ bool looks_the_same_turned(const io::Pattern& pattern);
 /// Returns true if the pattern looks the same after a half turn: with 8 x 6 inner corners it does, with 9 x 6 not.
 bool looks_the_same_upside_down(const io::Pattern& pattern);
 
-/// Finds the whole chessboard or grid, or the visible part of a ChArUco board. Chessboards are checked: each corner is
-/// a crossing of two edges with alternating colours; the lattice is smooth and ends with the pattern. If the pattern
+/// Finds the whole chessboard or grid, or the visible part of a ChArUco board. Results are checked: each corner is
+/// a crossing of two edges with alternating colours; a chessboard is smooth and ends with the pattern. If the pattern
 /// looks the same after a half turn, its rows run to the right in the image.
 /// @throws std::runtime_error if OpenCV rejects the image; the message ends a sentence about the image
 BoardSearch find_board(const Image& image, const io::Pattern& pattern);
@@ -53,7 +53,7 @@ struct RoughCorner {
   std::size_t point = 0;
   double u = 0, v = 0;
   std::array<double, 2> along_row{}, along_column{};  ///< vector to the next corner
-  double plain = 1;                                   ///< plain part of the way to the next corner, 0 to 1
+  double plain = 1;                                   ///< share of that way without other content, 0 to 1
   std::array<double, 2> curvature{};                  ///< of the two edges, 1/px; see curvature_through()
 };
 
@@ -82,8 +82,8 @@ void set_noise(const std::vector<RefinedCorner>& refined, double noise, std::vec
 bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined);
 /// Means of the four quadrants between the edges around a corner, in cyclic order. @returns false outside the image
 bool quadrants(const Image& image, const RoughCorner& rough, std::array<double, 4>& means);
-/// Contrast of the darker pair of opposite quadrants, by the brighter of its pixels' means, over the whole contrast: 1
-/// for a crossing, at most 0 for the end of an edge or the corner of a square.
+/// Gap between the means of the two bright and the two dark quadrants (darker bright one minus brighter dark one),
+/// relative to the contrast: 1 for a crossing, at most 0 for the end of an edge or the corner of a square.
 double crossing(const std::array<double, 4>& means);
 
 }  // namespace tofgraph::calibration

@@ -49,8 +49,8 @@ Marked detect(const Image& image, const io::Pattern& pattern, Tones tones) {
   return result;
 }
 
-/// Curvature of the edge through a corner, by three neighbours on it of which it is the middle one if these are seen; 0
-/// where there are none. @param next difference in column and row of the next corner
+/// Curvature of the edge through a corner, 1/px, from three successive corners including it, preferably as the middle
+/// one; 0 if there are none. @param next difference in column and row to the next corner
 double curvature(const Marked& marked, int columns, std::size_t i, std::array<int, 2> next) {
   const int column = marked.ids[i] % columns, row = marked.ids[i] / columns;
   for (const int middle : {0, 1, -1}) {

@@ -311,7 +311,7 @@ std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
                        .unit = "px",
                        .scale = 1,
                        .causes = "too few or too similar views, a pattern of another size than stated",
-                       .tolerance = 0.05};  // a lens as good as the profile's is kept for its uncertainties
+                       .tolerance = 0.05};  // accepted if up to 5 % worse, since it adds uncertainties
 }
 
 }  // namespace

@@ -28,13 +28,13 @@ struct OrderFit {
   double white = 0;       ///< median of the reflectivity implied by the light; 0: unknown
 
   double misfit() const { return rest + incoherent; }
-  // Within a part of the image: surfaces of any brightness may stand one behind the other.
+  // Brightness and distance are compared only within image cells, since separate surfaces may have any brightness.
   bool is_deep() const { return spread > 0.1; }
   bool rises() const { return is_deep() && rising > 0.5; }
   bool is_steep() const { return is_deep() && falling > 0.5 && slope < -4.5; }
 };
 
-constexpr double max_white = 1.5;  ///< reflectivity that the light may need
+constexpr double max_white = 1.5;  ///< largest plausible reflectivity implied by the light
 
 double quantile(std::vector<double>& values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));

@@ -12,8 +12,8 @@
 
 namespace tofgraph {
 
-/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines that begin
-/// with # are comments.
+/// Table of numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines
+/// that begin with # are comments.
 struct Csv final : FileFormat {
   static constexpr const char* endings = "csv txt";
   static bool recognises(std::span<const std::uint8_t> head) {

@@ -40,8 +40,8 @@ TEST(HiddenLab, OneFrameShowsItsNoise) {
   EXPECT_NEAR(report.at("lack_of_fit").at("chi2_over_freedom").get<double>(), 1, 0.05);
 }
 
-/// Without the constant the drift grows to its bound: then it is no estimate, and neither is its mean. With so large a
-/// mean two folds did without the constant, which was dropped therefore.
+/// Without the constant offset, the drift reaches its bound; neither the drift nor its mean is then an estimate. With
+/// this large mean, two folds did not choose the constant, which was therefore removed.
 TEST(HiddenLab, ADriftAtItsBoundHasNoMean) {
   const auto report = lab_report(
       {"zero_offset:offset=-4.92mm", "integration_time_offset:slope=11.37mm", "wiggling:amplitude=5mm,phase=1.33rad"},
@@ -58,7 +58,7 @@ TEST(HiddenLab, AWarmUpOfAWarmCameraIsAConstant) {
                                  "lab3x1", 13004);
   EXPECT_EQ(names_in(report), (Names{"integration_time_offset", "wiggling", "zero_offset"})) << report.at("summary");
   expect_no_gap(report);
-  // A reader is told of it, and what decides: a camera that is still cold.
+  // The summary names the tie and the measurement that resolves it: a camera that is still cold.
   const std::string summary = report.at("summary");
   EXPECT_NE(summary.find("zero_offset (or warm_up of unknown time_constant)"), std::string::npos) << summary;
   EXPECT_NE(summary.find("To tell zero_offset from warm_up, measure a board at "), std::string::npos) << summary;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: foreign plugins io/captures
-// HDF5 files of other programs, written with HDF5's own interface.
+// HDF5 files of other programs, written with the HDF5 library.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -16,7 +16,7 @@ namespace {
 
 constexpr hsize_t frame_count = 5;
 
-/// What a dataset is beside its values.
+/// Properties of a dataset other than its values.
 struct Stored {
   hid_t type = H5T_STD_U16LE;
   bool compressed = false;
@@ -32,7 +32,7 @@ class ConvertHdf5 : public SmallConversion {
       values_.push_back(static_cast<double>(random() % 100 + 1));
   }
 
-  /// A file with the group `camera`; add() puts arrays into it.
+  /// Creates a file, to which add() adds arrays.
   void create(const std::string& name) {
     file_ = H5Fcreate(path(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   }
@@ -141,7 +141,7 @@ TEST_F(ConvertHdf5, DamagedFilesAreOneErrorAndWhatIsNoArrayOfNumbersIsLeftAlone)
     EXPECT_THAT(outcome.err, HasSubstr("cut.h5: the file ")) << size;
   }
   std::mt19937 random(7);
-  for (int n = 0; n < 40; ++n) {  // read, or one error; never a crash
+  for (int n = 0; n < 40; ++n) {  // files are read or rejected, without a crash
     std::string changed = whole;
     for (int k = 0; k < 6; ++k) changed[random() % changed.size()] = static_cast<char>(random() % 256);
     write_text(path("changed.h5"), changed);

@@ -250,7 +250,7 @@ TEST_F(Convert, AFileWithoutAHeaderIsReadAsItsLayoutSays) {
   }
 }
 
-/// Twelve bits in two's complement below four bits of status, and an amplitude whose image is turned by 180 degrees.
+/// Twelve bits in two's complement below four status bits, and an amplitude image rotated by 180 degrees.
 TEST_F(Convert, SignedBitsAndReversedAxesAreReadAsALayoutSays) {
   const auto sample = [](std::size_t k, std::size_t pixel) {
     return static_cast<int>(pixel * 85 % 4096) - 2048 + (pixel == 0 ? static_cast<int>(k) : 0);

@@ -94,7 +94,7 @@ class DamagedRecordings : public testing::TestWithParam<std::string> {
     return {"a." + format, "b." + format};
   }
 
-  /// As it is, and in compressed chunks.
+  /// HDF5 files with contiguous data and with compressed chunks.
   std::vector<std::string> hdf5_seeds() const {
     const std::vector<std::uint16_t> values(96, 1500);
     const hsize_t extent[] = {2, 6, 8}, chunk[] = {1, 6, 8};

@@ -78,7 +78,7 @@ TEST_F(DiagnoseInput, AMistypedDistanceStopsTheSearchUntilItsConditionIsSkipped)
   simulate();
   change(1, "distance: 1.1 m", "distance: 11 m");
   const Outcome refused = diagnose();
-  expect_said(refused, "you wrote 'distance: 11 m', the data indicate 1.1");  // plus the millimetres of the wiggle
+  expect_said(refused, "you wrote 'distance: 11 m', the data indicate 1.1");  // plus a few mm of wiggling
   expect_said(refused, "correct it, or continue without the condition: --exclude-condition ");
   expect_said(refused, " |     board: {distance: 11 m");
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "found"));

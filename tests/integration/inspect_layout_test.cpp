@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: inspection foreign plugins
-// Layouts of headerless files: headers of the wrong size are found, words of twelve signed bits are read.
+// Layouts of headerless files: detection of wrong header sizes.
 #include <gmock/gmock.h>
 
 #include "tests/integration/inspected_scenes.hpp"
@@ -18,7 +18,7 @@ namespace {
 const InspectedCamera camera{176, 144, 160, 160.5, 83.0, 76.1, {-0.33, 0.13, 0, 0.001, 0}, 45e-6, 40e6};
 constexpr std::size_t frame_count = 6;
 
-/// Sizes of the headers in a file, or in a layout. Bytes.
+/// Sizes of the headers in a file or in a layout, bytes.
 struct Headers {
   std::size_t file = 64, frame = 16, image = 0;
 };
@@ -27,7 +27,7 @@ class InspectLayout : public testing::Test {
  protected:
   std::filesystem::path path(const std::string& name) const { return folder_.path() / name; }
 
-  /// A dump of depths in millimetres, uint16; four times the same image a frame where images have headers of their own.
+  /// Dump of uint16 depths in mm. If images have headers of their own, each frame contains the same image four times.
   std::string dump(const Headers& headers, const InspectedScene& scene, double noise = 0.002) const {
     InspectedRecording recording(camera, scene, noise, 5);
     std::string bytes(headers.file, 'h');
@@ -55,7 +55,7 @@ class InspectLayout : public testing::Test {
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return json::parse(outcome.out);
   }
-  /// Expects the mend of wrong headers, and none once it is applied.
+  /// Expects this correction of wrong headers, and no finding once it is applied.
   void expect_mend(const std::string& bytes, const Headers& stated, const Headers& right,
                    const std::string& mend) const {
     write_layout(stated);
@@ -124,7 +124,7 @@ TEST_F(InspectLayout, AFlatSceneCannotDecideOnTheHeaders) {
   EXPECT_THAT(result["undecided"].dump(), HasSubstr("does not end with a whole frame")) << result;
 }
 
-/// Four images a frame, each with a header: the last one shows whether they or the frame have the longer one.
+/// Four images per frame, each with a header: the first image determines which header is longer, theirs or the frame's.
 TEST_F(InspectLayout, HeadersOfImagesAreToldFromThoseOfFrames) {
   write_layout({});
   const std::vector<std::pair<Headers, std::string>> cases = {{{64, 16, 24}, "image_header: 24 of 'words'"},

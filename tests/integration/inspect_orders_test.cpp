@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: inspection io physics
-// Exchanged raw images, and an amplitude that is turned: found where the scene decides, named as open where it does
-// not.
+// Exchanged raw images and a rotated amplitude image: found if the scene determines them, otherwise reported as
+// undecided.
 #include <gmock/gmock.h>
 
 #include "tests/integration/inspected_scenes.hpp"
@@ -22,7 +22,7 @@ InspectedPlane plane(double x, double y, double z, double distance) {
   return {{x / norm, y / norm, z / norm}, distance};
 }
 
-/// An unambiguous range of 6.246 m, a quarter of which is 1.56 m.
+/// Modulation frequency, Hz: the unambiguous range is 6.246 m, a quarter of it 1.56 m.
 constexpr double frequency = 24e6;
 const InspectedCamera wide{176, 144, 160, 160.5, 83.0, 76.1, {-0.33, 0.13, 0, 0.001, 0}, 45e-6, frequency};
 const InspectedCamera narrow{176, 144, 1900, 1900, 87.5, 71.5, {}, 45e-6, frequency};
@@ -47,7 +47,7 @@ class InspectOrders : public testing::Test {
 TEST_F(InspectOrders, AWallBeforeAWideLensShowsTheRightOrder) {
   for (const InspectedScene& scene : {InspectedScene{plane(0.5, -0.3, 1, 1.4)}, InspectedScene{plane(0, 0, 1, 1.4)},
                                       InspectedScene{plane(0, 0, 1, 2.6)}, InspectedScene{plane(0.2, 0.3, 1, 2.2)}}) {
-    for (const double falloff : {0.0, 3.0, 8.0}) {  // a lamp that gets weaker mimics another distance
+    for (const double falloff : {0.0, 3.0, 8.0}) {  // weaker light off the axis mimics another distance
       SCOPED_TRACE(testing::Message() << scene[0].normal[0] << " " << scene[0].offset << " m, falloff " << falloff);
       const json result = inspected(wide, scene, Mistake::reversed_phases, 0.002, falloff);
       ASSERT_FALSE(result["findings"].empty()) << result;
@@ -62,7 +62,7 @@ TEST_F(InspectOrders, AUniformWallBeforeANarrowLensCannotDecide) {
   for (const double noise : {0.002, 0.01}) {
     const json result = inspected(narrow, {plane(0.02, 0.01, 1, 1.4)}, Mistake::reversed_phases, noise);
     EXPECT_EQ(result["findings"].dump().find("exposures"), std::string::npos) << result;
-    // The true 1.4 m is among the candidates, as are those of the other exchanges.
+    // The candidates include the true order and those of the other exchanges.
     EXPECT_THAT(result["undecided"].dump(),
                 AllOf(HasSubstr("the order of the raw images"), HasSubstr(std::string(right_order) + " (1.44"),
                       HasSubstr("(4.80"), HasSubstr("as stated"), HasSubstr("A known distance decides")))
@@ -70,7 +70,7 @@ TEST_F(InspectOrders, AUniformWallBeforeANarrowLensCannotDecide) {
   }
 }
 
-/// Where brighter surfaces appear farther away the stated order is wrong; which of the others is right stays open.
+/// If brighter surfaces appear farther away, the stated order is wrong; the right one may remain undecided.
 TEST_F(InspectOrders, ASlantedWallBeforeANarrowLensNamesTheCandidates) {
   const json result = inspected(narrow, {plane(0, 1, 0.08, 0.112)}, Mistake::reversed_phases);
   ASSERT_FALSE(result["findings"].empty()) << result;

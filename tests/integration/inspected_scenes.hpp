@@ -107,10 +107,10 @@ class InspectedRecording {
     writer.finish();
   }
 
-  /// True: the amplitude image is rotated by 180 deg relative to the lengths.
+  /// Rotates the amplitude image by 180 deg relative to the lengths.
   bool turned_amplitude = false;
   bool patches = true;  ///< areas of another reflectivity
-  double falloff = 0;   ///< power of the cosine from the axis with which the lamp gets weaker
+  double falloff = 0;   ///< exponent of cos(angle from the axis) in the light of the lamp
   /// Perturbation of depth and amplitude of each pixel: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
 

@@ -63,7 +63,7 @@ TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
               HasSubstr("now 'frames 1 to 2', then 'frames 2 to 2'"));
 }
 
-/// Calibrations of boards use the sums of every pixel: bit for bit the same, apart from the list of inputs.
+/// Calibrations from boards use the sums of every pixel: results are bit-identical except for the list of inputs.
 TEST_F(Reduce, SameCalibrationsFromStatisticsAsFromCaptures) {
   const auto values = [](const std::string& file) {
     const std::string text = read_text(home() / file);

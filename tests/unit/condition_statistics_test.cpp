@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames of a condition that may be averaged.
+// Checks of the frames of a condition before they are averaged.
 #include "io/captures/condition_statistics.hpp"
 
 #include <gmock/gmock.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Slow: CornersCurved.*
 // Rooms: calibration
-// Corners of large squares behind lenses that bend their edges: no bias, and a focal length within its interval.
+// Corners of large squares whose edges the lens bends: no bias, and a focal length within its interval.
 #include <gtest/gtest.h>
 
 #include "calibration/corners.hpp"
@@ -19,14 +19,14 @@ constexpr int size = 204;
 
 /// Errors of corners in noise-free images.
 struct Errors {
-  std::vector<double> outward;  ///< px, along the radius from the principal point; by rings of 20 px
+  std::vector<double> outward;  ///< sum of radial errors in rings of 20 px about the principal point, px
   std::vector<double> count;
   double squares = 0, corners = 0, largest = 0;
   int views = 0;
   Observations seen;
 
   double rms() const { return std::sqrt(squares / corners / 2); }
-  double bias() const {  ///< of the worst ring with at least 20 corners
+  double bias() const {  ///< mean radial error in the worst ring with at least 20 corners, px
     double worst = 0;
     for (std::size_t ring = 0; ring < count.size(); ++ring)
       if (count[ring] >= 20) worst = std::max(worst, std::abs(outward[ring] / count[ring]));
@@ -52,7 +52,7 @@ void add(const test::TrueLens& lens, const std::vector<Corner>& corners, std::ve
   }
 }
 
-/// Boards all over the image, tilted and turned; squares of 15 to 30 px in its middle.
+/// Corner errors of boards all over the image, tilted and rotated, with squares of about 15 to 30 px.
 Errors errors_of(const test::TrueLens& lens, int count) {
   test::TrueBoard board;
   board.columns = 6;
@@ -90,7 +90,7 @@ Errors errors_of(const test::TrueLens& lens, int count) {
   return errors;
 }
 
-/// @param focal_sds of the fitted focal lengths' errors, at most
+/// Expects unbiased corners, and focal lengths within 2.5 standard deviations of the truth.
 void expect_exact(const char* name, const test::TrueLens& lens) {
   const Errors errors = errors_of(lens, 16);
   ASSERT_EQ(errors.views, 16) << name;

@@ -63,7 +63,7 @@ TEST(GapComparison, NothingKnownIsNotWorse) {
   EXPECT_TRUE((GapComparison{38.6e-3, 64e-3}).is_worse());
 }
 
-/// Also beside a drift whose mean could make up for a wrong constant.
+/// Holds also with a drift, whose mean could compensate for a wrong constant.
 TEST_F(NotWorse, TheGivenValuesComeBackAsTheyWere) {
   const std::vector<Observations> data = data_with({zero_offset(0.02)}, 5);
   const Problem problem = make_problem(*design, data);
@@ -112,8 +112,8 @@ TEST_F(FoldAgreement, NothingWhereTheModelHasWhatMostFoldsChose) {
   EXPECT_TRUE(agreed_models(folds, {}, 0).empty()) << "two folds are no majority";
 }
 
-/// A constant and an offset with the integration time are hidden; all data have led to a warm-up of a camera that was
-/// always warm, whose exponent of the time does nearly as much: no single effect does so in its place.
+/// A constant and an integration-time offset are hidden. The fit of all data chose a warm-up although the camera was
+/// always warm; its exponent of the time explains nearly as much, and no single other effect can replace it.
 TEST_F(FoldAgreement, AllFoldsAreSearchedWhereTheFirstAgreeOnMore) {
   for (std::size_t i = 0; i < 20; i += 2) {
     io::Condition longest = conditions[i];

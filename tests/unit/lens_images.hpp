@@ -24,7 +24,7 @@ inline std::vector<Eigen::Vector2d> subpixel_rays(const TrueLens& lens, int size
       Eigen::Vector2d miss(1, 1);  // px
       for (int i = 0; i < 25 && miss.squaredNorm() > 1e-20; ++i) {
         miss = pixel - lens.image({p.x(), p.y(), 1});
-        const double slope = lens.fisheye ? 1 + p.squaredNorm() : 1;  // of the tangent
+        const double slope = lens.fisheye ? 1 + p.squaredNorm() : 1;  // derivative of tan
         p += slope * Eigen::Vector2d(miss.x() / lens.fx, miss.y() / lens.fy);
       }
       rays.push_back(p);

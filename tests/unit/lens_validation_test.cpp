@@ -185,7 +185,7 @@ TEST(LensJudgement, TheSuggestedViewHelpsMoreThanOthers) {
   EXPECT_LT(suggested, others);
 }
 
-/// The suggested view can be taken: the board is seen from the front, with its outer squares inside the image.
+/// The suggested view is feasible: the board is seen from the front, with its outer squares inside the image.
 TEST(LensJudgement, TheSuggestedViewShowsTheWholeBoardFromTheFront) {
   test::TrueScene wide;
   wide.lens = {.fx = 71.3, .fy = 70.8, .k1 = 0.03, .k2 = 0, .p1 = 0, .p2 = 0, .fisheye = true};

@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::size_t max_objects = 4096;
 constexpr int max_array_rank = 5;
-constexpr double max_slice = 2147483648.0;  // bytes, of one element of the slowest axis
+constexpr double max_slice = 2147483648.0;  // bytes per element of the slowest axis
 
-/// Paths of the datasets of this very file.
+/// Paths of the datasets stored in this file itself, not in linked files.
 std::vector<std::string> paths_in(hid_t file) {
   std::vector<std::string> paths;
   const auto visit = [](hid_t, const char* name, const H5O_info_t* object, void* list) {
@@ -35,7 +35,7 @@ std::vector<std::string> paths_in(hid_t file) {
   return paths;
 }
 
-/// Element of an array as it is read; nothing: no number.
+/// Element type in memory after reading; nothing if it is not a number.
 std::optional<FileArray> element_of(hid_t type) {
   FileArray array;
   const auto bytes = static_cast<std::uint32_t>(H5Tget_size(type));
@@ -65,19 +65,19 @@ hid_t memory_type_of(const FileArray& array) {
   }
 }
 
-/// The attribute `unit` or `units`; empty where there is none, or it is not a text.
+/// Text of the attribute `unit` or `units`; empty: none.
 std::string unit_of(hid_t dataset) {
   for (const char* name : {"unit", "units"}) {
     try {
       if (std::string unit = h5::text_attribute(dataset, name); !unit.empty()) return unit;
-    } catch (const std::runtime_error&) {  // of another kind
+    } catch (const std::runtime_error&) {  // the attribute is not a text
       H5Eclear2(H5E_DEFAULT);
     }
   }
   return {};
 }
 
-/// Root attribute `format` of files of this program; empty: none that is a text.
+/// Root attribute `format`, which files of this program have; empty: none, or not a text.
 std::string own_format(hid_t file) {
   try {
     return h5::text_attribute(file, "format");
@@ -91,9 +91,9 @@ std::string own_format(hid_t file) {
 
 struct ArrayFile::Impl {
   h5::Handle file;
-  std::vector<std::optional<h5::Dataset>> datasets;  // none: what array.text says
+  std::vector<std::optional<h5::Dataset>> datasets;  // none: unreadable, for the reason in array.text
   std::vector<FileArray> arrays;
-  std::vector<bool> whole;  // all announced values are stored
+  std::vector<bool> whole;  // verified: all announced values are stored
 
   void load(const std::filesystem::path& path) {
     const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -125,7 +125,7 @@ struct ArrayFile::Impl {
     std::optional<h5::Dataset> dataset;
     try {
       dataset.emplace(file, name, CaptureReader::not_cut, "has a dataset that cannot be read: ");
-    } catch (const std::runtime_error& problem) {  // other datasets can be read
+    } catch (const std::runtime_error& problem) {  // other datasets may be readable
       H5Eclear2(H5E_DEFAULT);
       array->text = problem.what();
     }
@@ -162,9 +162,9 @@ void ArrayFile::read(std::size_t array, std::uint64_t first, std::uint64_t count
 }
 
 void ArrayFile::read_on_trial(const std::filesystem::path& file) {
-  constexpr std::size_t memory = 256U << 20U, max_file = 512U << 20U;  // bytes, beside twice the file's size
-  constexpr std::uint64_t max_tried = 64U << 20U;                      // bytes of an array that is tried
-  constexpr unsigned seconds = 10;                                     // of the processor
+  constexpr std::size_t memory = 256U << 20U, max_file = 512U << 20U;  // bytes; twice the file size is added to memory
+  constexpr std::uint64_t max_tried = 64U << 20U;                      // bytes; larger slices are not tried
+  constexpr unsigned seconds = 10;                                     // of processor time
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   config::limit_process({memory + 2 * std::min<std::size_t>(error ? 0 : size, max_file), seconds});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Numeric arrays of an HDF5 file that another program wrote.
+/// @file Numeric arrays of HDF5 files of other programs.
 #pragma once
 
 #include <tofgraph/file_format.hpp>
@@ -11,22 +11,22 @@
 
 namespace tofgraph::io {
 
-/// Datasets of whole or floating-point numbers with one to five dimensions, under their paths in the file
-/// ("camera/depth"). Others (texts, compounds, scalars, those in other files) are left alone.
+/// Datasets of integers or floating-point numbers with one to five dimensions, named by their paths in the file
+/// ("camera/depth"). Others (texts, compounds, scalars, linked files) are ignored.
 class ArrayFile {
  public:
-  /// Opens the file after a child process has read the ends of each array.
-  /// @throws std::runtime_error as the end of a sentence about the file: it is damaged, has no such array, is a capture
+  /// Opens the file after a child process has read the first and last slice of each array without crashing.
+  /// @throws std::runtime_error if it is damaged, has no such array or is a capture; ends a sentence about the file
   explicit ArrayFile(const std::filesystem::path& file);
   ~ArrayFile();
   ArrayFile(const ArrayFile&) = delete;
   ArrayFile& operator=(const ArrayFile&) = delete;
 
   const std::vector<FileArray>& arrays() const;
-  /// Elements first .. first + count - 1 of an array's slowest axis, in the byte order of this machine.
+  /// Reads elements first .. first + count - 1 along the slowest axis of an array, in native byte order.
   /// @throws std::runtime_error
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const;
-  /// Trial of a file in a separate process, within limits that this process keeps from then on.
+  /// Reads a file for trial in a separate process, which is limited in memory and time from then on.
   static void read_on_trial(const std::filesystem::path& file);
 
  private:
