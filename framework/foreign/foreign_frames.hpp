@@ -55,7 +55,7 @@ class ForeignFrames {
     std::vector<AxisStep> steps;  // without the frame axis
     std::uint64_t first = 0;      // index in the channel of the array's first element
     std::size_t frame_axis = npos;
-    std::uint64_t elements = 1;  // of a frame
+    std::uint64_t elements = 1;  // per frame
     double scale = 1;
     bool scattered = false;  // unordered points, or values of such points
   };

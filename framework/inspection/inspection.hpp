@@ -29,7 +29,7 @@ struct Inspection {
   std::string name;
   Observation observation;
   std::vector<Finding> findings;       ///< most likely first
-  std::vector<std::string> undecided;  ///< questions that this scene cannot answer
+  std::vector<std::string> undecided;  ///< questions that this recording cannot answer
   std::vector<std::string> facts;
   Surfaces surfaces;
   std::vector<double> stated_rest, best_rest;  ///< deviation of each block from its plane, m; best: may be empty

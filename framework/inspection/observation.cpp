@@ -150,7 +150,7 @@ class Frames {
   }
   void set_order(const physics::Exposures& exposures) { o_.exposures = exposures_ = exposures; }
 
-  /// Lengths and amplitudes of a frame.
+  /// Lengths of one frame, m. @param amplitude set to its amplitudes if recorded
   std::vector<double> lengths(std::size_t frame, std::vector<double>& amplitude) const {
     const std::size_t n = o_.pixels();
     std::vector<double> values;

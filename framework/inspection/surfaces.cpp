@@ -95,7 +95,7 @@ class Unions {
   std::vector<std::size_t> parent_;
 };
 
-/// The blocks of one size.
+/// Grid of blocks of one size.
 class Grid {
  public:
   Grid(const Observation& o, std::size_t side)

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// An image as a table of numbers: one line per row.
+// Images as tables of numbers, one line per row.
 #include <tofgraph/format.hpp>
 
 #include <charconv>
