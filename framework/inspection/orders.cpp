@@ -87,7 +87,7 @@ void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
       lines_of(flat, result.observation.stated)));
 }
 
-/// Adds the finding that samples or light contradict the stated order. @returns true if one other order remains
+/// Adds the finding that samples or light contradict the stated order. @returns true if exactly one order remains
 bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat) {
   const auto& other = *result.observation.other_order;
   Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
