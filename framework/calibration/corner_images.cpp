@@ -13,7 +13,7 @@ namespace tofgraph::calibration {
 
 namespace {
 
-/// The pixel's value, or where it is not a number the median of its neighbours'; `otherwise` where none of these is.
+/// Value of a pixel. If it is not finite: median of its finite neighbours, or `otherwise` if there are none.
 double value_or_neighbours(const Image& image, std::size_t i, double otherwise) {
   if (std::isfinite(image.values[i])) return image.values[i];
   const std::size_t u = i % image.width, v = i / image.width;
@@ -29,7 +29,7 @@ double value_or_neighbours(const Image& image, std::size_t i, double otherwise) 
 }  // namespace
 
 int scale_for(const Image& image) {
-  constexpr double wanted = 800;  // px: detectors look at neighbourhoods of some px
+  constexpr double wanted = 800;  // px, since detectors use neighbourhoods of several px
   const auto side = static_cast<double>(std::min(image.width, image.height));
   return std::clamp(physics::to_integer(wanted / std::max(side, 1.0), 1), 1, 8);
 }

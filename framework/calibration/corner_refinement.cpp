@@ -16,14 +16,14 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double max_window = 9;    ///< px: farther off the curvature of the edges changes
+constexpr double max_window = 9;    ///< px; at larger distances the edge curvature is not constant
 constexpr double start_blur = 0.5;  ///< px
 
 struct Pixel {
   double u, v, value;
 };
 
-/// Pixels about a corner, in units of the lattice within +-reach of both lines.
+/// Pixels around a corner whose lattice coordinates along both lines are within +-reach.
 std::vector<Pixel> window_of(const Image& image, const RoughCorner& rough) {
   const auto [ax, ay] = rough.along_row;
   const auto [bx, by] = rough.along_column;
@@ -48,20 +48,20 @@ std::vector<Pixel> window_of(const Image& image, const RoughCorner& rough) {
   return pixels;
 }
 
-/// Places of the fit's parameters; lengths in px, from the rough place.
+/// Indices of the fit parameters; lengths in px, position relative to the rough corner.
 enum : int { x, y, angle1, angle2, log_blur, mean, contrast, slope_u, slope_v };
 constexpr int parameters = 9;
 
-/// The mean over a pixel of an edge blurred by a Gaussian, -1 to 1. A square pixel seen along the edge's normal is a
-/// box of the normal's larger component, blurred by one of the smaller; the latter's variance counts to that of the
-/// blur.
+/// Mean over a pixel of an edge blurred by a Gaussian, -1 to 1. Projected onto the edge normal, a square pixel is a box
+/// as wide as the larger component of the normal, convolved with one as wide as the smaller. The variance of the latter
+/// is added to that of the blur.
 template <class T> T edge(const T& across, const T& normal_u, const T& normal_v, const T& log_blur) {
   using std::abs, std::erf, std::exp, std::sqrt;
   const bool flat = abs(normal_u) > abs(normal_v);
   const T width = flat ? abs(normal_u) : abs(normal_v), other = flat ? abs(normal_v) : abs(normal_u);
-  constexpr double sharpest = 0.01;  // px^2: what is sharper looks the same
+  constexpr double sharpest = 0.01;  // px^2, lower limit of the variance: sharper edges look the same
   const T a = sqrt(2.0 * (sharpest + exp(2.0 * log_blur) + other * other / 12.0));
-  const auto integral = [&a](const T& s) {  // of erf(s / a)
+  const auto integral = [&a](const T& s) {  // integral of erf(s / a)
     const T x = s / a;
     return s * erf(x) + a * std::numbers::inv_sqrtpi * exp(-x * x);
   };
@@ -88,7 +88,7 @@ struct Crossing {
       const T light = 1.0 + p[slope_u] * du + p[slope_v] * dv;
       residual[i] = pixels[i].value / scale - (p[mean] + p[contrast] * edge1 * edge2) * light;
     }
-    // A blur that the pixels do not tell stays near a usual one.
+    // If the pixels do not determine the blur, this weak prior keeps it near a usual value.
     residual[pixels.size()] = 0.01 * (p[log_blur] - std::log(start_blur));
     return true;
   }
@@ -158,7 +158,7 @@ bool refine(const Image& image, const RoughCorner& rough, RefinedCorner& refined
   Eigen::Matrix<double, parameters, 1> p;
   p << 0, 0, std::atan2(rough.along_row[1], rough.along_row[0]),
       std::atan2(rough.along_column[1], rough.along_column[0]), std::log(start_blur), (even + odd) / (2 * scale),
-      // to the right of one edge and below the other: the product of the two signed distances is negative there
+      // in even quadrants, e.g. right of one edge and below the other, the product of the signed distances is negative
       (odd - even) / (2 * scale), 0, 0;
   solver.Solve(function, &p);
   const double blur = std::exp(p[log_blur]);

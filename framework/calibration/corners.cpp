@@ -14,10 +14,10 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_spacing = 4;       ///< px between corners: below, the two blurred edges of a square run together
-constexpr double min_crossing = 0.3;    ///< relative to the contrast, see crossing()
-constexpr double min_contrast = 1;      ///< half of bright minus dark over the noise of a pixel; a fit has dozens
-constexpr double max_roughness = 0.35;  ///< px, of the lattice beside a homography and a smooth distortion
+constexpr double min_spacing = 4;       ///< px between corners; below it, the two blurred edges of a square merge
+constexpr double min_crossing = 0.3;    ///< relative to the contrast; see crossing()
+constexpr double min_contrast = 1;      ///< half of bright minus dark over pixel noise; a fit uses dozens of pixels
+constexpr double max_roughness = 0.35;  ///< px rms, deviation from a homography with smooth distortion
 
 struct Lattice {
   std::size_t columns, rows;
@@ -35,7 +35,7 @@ cv::Point2d step(const Lattice& l, std::size_t column, std::size_t row, bool alo
   return (l(column, next) - l(column, last)) / static_cast<double>(next - last);
 }
 
-/// Curvature of the edge through a corner, by it and its neighbours; at the end of a line that of the next corner.
+/// Curvature of the edge through a corner and its two neighbours, 1/px; at the end of a line, that of the next corner.
 double curvature(const Lattice& l, std::size_t column, std::size_t row, bool along_row) {
   const std::size_t count = along_row ? l.columns : l.rows;
   if (count < 3) return 0;
@@ -58,7 +58,7 @@ RoughCorner rough_of(const Lattice& l, std::size_t column, std::size_t row) {
           .curvature = {curvature(l, column, row, true), curvature(l, column, row, false)}};
 }
 
-/// Rows and columns turn to the right: a board seen from its front. OpenCV may begin at another corner.
+/// Reorders a lattice to right-handed rows and columns, as on the front of a board; OpenCV may begin at any corner.
 void make_right_handed(Lattice& l) {
   const cv::Point2d a = l(l.columns - 1, 0) - l(0, 0), b = l(0, l.rows - 1) - l(0, 0);
   if (a.x * b.y - a.y * b.x > 0) return;
@@ -67,8 +67,8 @@ void make_right_handed(Lattice& l) {
                  l.at.begin() + static_cast<std::ptrdiff_t>((row + 1) * l.columns));
 }
 
-/// Distance of the lattice from a homography with a smooth distortion, px rms: third-order polynomials of the place on
-/// the board, of which a small lattice has fewer.
+/// Deviation of the lattice from a homography with smooth distortion, px rms. The distortion is a polynomial of the
+/// position on the board, of third order, or second for less than 5 columns or rows.
 double roughness(const Lattice& l) {
   std::vector<cv::Point2d> ideal;
   for (std::size_t row = 0; row < l.rows; ++row)
@@ -98,7 +98,7 @@ double roughness(const Lattice& l) {
   return cv::norm(miss - basis * fit) / std::sqrt(static_cast<double>(2 * (n - terms)));
 }
 
-/// Returns whether the squares continue beyond a side: crossings where the next corners would be.
+/// Returns true if the squares continue beyond a side, i.e. if there are crossings at the next corner positions.
 bool goes_on(const Image& image, const Lattice& l, bool columns, bool at_end) {
   const std::size_t count = columns ? l.rows : l.columns, last = (columns ? l.columns : l.rows) - 1;
   std::size_t looked = 0, crossings = 0;
@@ -121,7 +121,7 @@ bool goes_on(const Image& image, const Lattice& l, bool columns, bool at_end) {
   return looked >= 3 && 10 * crossings >= 7 * looked;
 }
 
-/// Why a lattice with its refined corners is not this chessboard, or nothing.
+/// Reason why a lattice with refined corners is not this chessboard; empty: none.
 std::string problem_of(const Image& image, const Lattice& l, const std::vector<RefinedCorner>& refined, double noise) {
   for (std::size_t i = 0; i < refined.size(); ++i) {
     const bool turn = ((i % l.columns) + (i / l.columns)) % 2 == 1;
@@ -131,7 +131,7 @@ std::string problem_of(const Image& image, const Lattice& l, const std::vector<R
     if (!quadrants(image, rough_of(l, i % l.columns, i / l.columns), means) || crossing(means) < min_crossing)
       return "a corner is not the crossing of two edges";
   }
-  double variance = 0;  // of the worst coordinate, for noise 1
+  double variance = 0;  // of the least certain coordinate, for noise 1
   for (const RefinedCorner& r : refined)
     variance = std::max({variance, r.corner.covariance[0], r.corner.covariance[2]});
   if (const double rough = roughness(l); rough > std::max(max_roughness, 6 * noise * std::sqrt(variance)))
@@ -142,14 +142,14 @@ std::string problem_of(const Image& image, const Lattice& l, const std::vector<R
   return {};
 }
 
-/// From what a detector says to corners that were checked.
+/// Refines the corners of a detected lattice and checks them.
 BoardSearch checked(const Image& image, Lattice lattice) {
   BoardSearch result;
   make_right_handed(lattice);
   std::vector<RefinedCorner> refined(lattice.at.size());
   const Lattice detected = lattice;
   double squares = 0, freedom = 0;
-  for (int round = 0; round < 2; ++round) {  // the second with the lattice of the first
+  for (int round = 0; round < 2; ++round) {  // the second starts from the corners of the first
     squares = freedom = 0;
     const Lattice before = lattice;
     for (std::size_t i = 0; i < refined.size(); ++i) {
@@ -175,7 +175,7 @@ BoardSearch checked(const Image& image, Lattice lattice) {
   result.pixel_noise = std::sqrt(squares / freedom);
   result.reason = problem_of(image, lattice, refined, result.pixel_noise);
   if (!result.reason.empty()) return result;
-  // The scatter about the fit includes what the model of an edge leaves; that of the frames does not.
+  // The scatter about the fit includes errors of the edge model; the noise between frames does not.
   const double noise = std::isfinite(image.noise) ? std::max(image.noise, result.pixel_noise) : result.pixel_noise;
   set_noise(refined, noise, result.corners);
   return result;
@@ -193,7 +193,7 @@ bool detect(const cv::Mat& image, bool sector, cv::Size size, std::vector<cv::Po
   return cv::findChessboardCorners(image, size, points, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE);
 }
 
-/// The largest chessboard in the image, columns and rows of inner corners; zeros: none.
+/// Finds the largest chessboard in the image. @returns columns and rows of inner corners; zeros: none
 std::array<int, 2> any_chessboard(const Image& image) {
   const int scale = scale_for(image);
   std::array<int, 2> best{};
@@ -266,7 +266,7 @@ bool looks_the_same_upside_down(const io::Pattern& p) {
 
 namespace {
 
-/// Numbers the points of a pattern that looks the same after a half turn so that its rows run to the right.
+/// Renumbers the points of a pattern with half-turn symmetry so that its rows run to the right.
 void orient(const io::Pattern& pattern, std::vector<Corner>& corners) {
   const auto columns = static_cast<std::size_t>(pattern.columns),
              points = columns * static_cast<std::size_t>(pattern.rows);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Grids of circles, which are seen by the centres of their ellipses.
+// Grids of circles, located by the centres of the ellipses in the image.
 #include "calibration/corner_images.hpp"
 
 #include <ceres/jet.h>
@@ -19,19 +19,19 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr double min_circle_contrast = 2;  ///< half the difference of bright and dark over the noise of a pixel
+constexpr double min_circle_contrast = 2;  ///< half of bright minus dark over pixel noise
 constexpr double min_radius = 1.5;         ///< px
 
 struct CirclePixel {
   double u, v, value;
 };
 
-/// Places of the fit's circle_parameters: centre, the shape matrix q (inside: |q d| < 1), blur, brightness and its
-/// slope.
+/// Indices of the fit parameters: centre, shape matrix q (inside: |q d| < 1), logarithm of the blur, brightness and its
+/// gradient.
 enum : int { centre_x, centre_y, q00, q01, q11, rim_log_blur, grey_mean, grey_contrast, light_slope_u, light_slope_v };
 constexpr int circle_parameters = 10;
 
-/// A blurred ellipse: I = (m + c erf(s / (sqrt(2) b))) (1 + h d), s about the distance beyond the rim.
+/// Blurred ellipse: I = (m + c erf(s / (sqrt(2) b))) (1 + h d), s approximately the distance outside the rim.
 struct Ellipse {
   using Scalar = double;
   const std::vector<CirclePixel>& pixels;
@@ -45,7 +45,7 @@ struct Ellipse {
       const T du = pixels[i].u - u - p[centre_x], dv = pixels[i].v - v - p[centre_y];
       const T a = p[q00] * du + p[q01] * dv, b = p[q01] * du + p[q11] * dv;
       const T level = sqrt(a * a + b * b + 1e-9);
-      // the level's slope on the rim turns it into a distance
+      // Dividing by the gradient of the level at the rim gives a distance.
       const T ga = (a * p[q00] + b * p[q01]) / level, gb = (a * p[q01] + b * p[q11]) / level;
       const T beyond = (level - 1.0) / sqrt(ga * ga + gb * gb + 1e-12);
       const T light = 1.0 + p[light_slope_u] * du + p[light_slope_v] * dv;
@@ -70,7 +70,7 @@ std::vector<CirclePixel> window_of(const Image& image, const cv::Point2d& centre
   return pixels;
 }
 
-/// @param spacing px to the nearest circle @param ratio diameter over spacing
+/// @param spacing distance to the nearest circle, px @param ratio diameter divided by spacing
 bool refine(const Image& image, std::size_t point, const cv::Point2d& centre, double spacing, double ratio,
             RefinedCorner& refined) {
   const double radius = ratio * spacing / 2, reach = spacing * (1 - ratio / 2) * 0.9;

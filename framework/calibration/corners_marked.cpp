@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// ChArUco boards: markers tell which corner is which, so that a part of the board is enough.
+// ChArUco boards: markers identify the corners, so that a part of the board suffices.
 #include "calibration/corner_images.hpp"
 
 #include <fmt/format.h>
@@ -15,10 +15,10 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr std::size_t min_corners = 8;       ///< per view: a pose has six unknowns
-constexpr double min_marked_crossing = 0.3;  ///< see crossing()
+constexpr double min_marked_crossing = 0.3;  ///< relative to the contrast; see crossing()
 
 cv::Ptr<cv::aruco::CharucoBoard> board_of(const io::Pattern& p) {
-  const auto& names = io::marker_dictionaries();  // in the order of OpenCV's, which begin with 4x4_50
+  const auto& names = io::marker_dictionaries();  // in the order of OpenCV, which begins with 4x4_50
   const auto index = static_cast<int>(std::ranges::find(names, p.dictionary) - names.begin());
   return cv::aruco::CharucoBoard::create(static_cast<int>(p.columns) + 1, static_cast<int>(p.rows) + 1,
                                          static_cast<float>(p.square), static_cast<float>(p.marker),
@@ -38,7 +38,7 @@ Marked detect(const Image& image, const io::Pattern& pattern, Tones tones) {
   std::vector<std::vector<cv::Point2f>> markers;
   std::vector<cv::Point2f> corners;
   const auto parameters = cv::aruco::DetectorParameters::create();
-  parameters->adaptiveThreshWinSizeMax = 75;  // of the enlarged image
+  parameters->adaptiveThreshWinSizeMax = 75;  // px of the enlarged image
   parameters->adaptiveThreshWinSizeStep = 12;
   cv::aruco::detectMarkers(picture, board->dictionary, markers, ids, parameters);
   Marked result;
@@ -49,8 +49,8 @@ Marked detect(const Image& image, const io::Pattern& pattern, Tones tones) {
   return result;
 }
 
-/// Curvature of the edge through a corner, by three neighbours on it of which it is the middle one if these are seen; 0
-/// where there are none. @param next difference in column and row of the next corner
+/// Curvature of the edge through a corner, 1/px, from three successive corners including it, preferably as the middle
+/// one; 0 if there are none. @param next difference in column and row to the next corner
 double curvature(const Marked& marked, int columns, std::size_t i, std::array<int, 2> next) {
   const int column = marked.ids[i] % columns, row = marked.ids[i] / columns;
   for (const int middle : {0, 1, -1}) {
@@ -67,7 +67,7 @@ double curvature(const Marked& marked, int columns, std::size_t i, std::array<in
   return 0;
 }
 
-/// The rough corners with the lattice's directions by a homography of what was seen.
+/// Rough corners; a homography of the detected corners gives the lattice directions.
 std::vector<RoughCorner> rough_of(const Marked& marked, const io::Pattern& pattern) {
   const auto columns = static_cast<int>(pattern.columns);
   std::vector<cv::Point2d> board;

@@ -76,7 +76,7 @@ class Sums {
     }
   }
 
-  /// Takes the sums of taps or phases of four exposures over all pixels.
+  /// Sets the sums from those of taps or phases of four exposures of all pixels.
   void take(const io::PixelSums& sums) {
     constexpr std::uint8_t saturated_bit = 2;
     for (std::size_t i = 0; i < window_.size(); ++i) {
@@ -135,7 +135,7 @@ class Sums {
   std::vector<std::uint8_t> state_;
 };
 
-/// @throws std::runtime_error if a calibration of the camera cannot use a capture
+/// @throws std::runtime_error if calibrations of the camera cannot use a capture
 void check_fits(const io::CaptureFacts& capture, const tofgraph_camera& camera) {
   const io::CaptureHeader& header = capture.header;
   if (header.width != camera.width || header.height != camera.height)
@@ -230,7 +230,7 @@ void set_frame_noise(PixelMeans& means) {
   means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
 }
 
-/// Sets what a condition leaves to its capture. @param first metadata of its first frame
+/// Sets values that a condition does not state from its capture. @param first metadata of its first frame
 void complete_from(const tofgraph_metadata& first, io::Condition& condition, const tofgraph_camera& camera) {
   using config::format_quantity;
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
@@ -303,7 +303,7 @@ double BoardFrames::recorded_time() const {
 
 std::string BoardFrames::applied() const {
   const auto* recording = std::get_if<io::Recording>(&frames_);
-  if (recording == nullptr) return {};  // samples, to which nothing is applied
+  if (recording == nullptr) return {};  // statistics contain samples, to which no corrections are applied
   const auto& channels = recording->reader().channels();
   const auto distance = std::ranges::find(channels, "distance", &io::CaptureChannel::name);
   return distance == channels.end() ? std::string() : distance->applied;

@@ -47,8 +47,8 @@ class BoardFrames {
   /// Corrections already applied to its distances; "": none.
   std::string applied() const;
 
-  /// As mean_of(), where pixels that differ from their neighbours are excluded too: see keep_like_neighbours(). Gives
-  /// the same bits from a capture and from its statistics.
+  /// As mean_of(), but also excludes pixels that differ from their neighbours, see keep_like_neighbours(). Results from
+  /// a capture and from its statistics are bit-identical.
   /// @param modelled m, distance of each pixel of the window by the ideal camera
   /// @throws std::runtime_error naming the problem with the capture
   MeanImages mean(const std::vector<std::size_t>& window, const std::vector<double>& modelled) const;

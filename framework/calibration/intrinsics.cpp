@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The lens from views of a pattern: the calibration file and its summary.
+// Lens from views of a pattern: calibration file and summary.
 #include "calibration/intrinsics.hpp"
 
 #include "calibration/campaign_inputs.hpp"
@@ -32,7 +32,7 @@ LensOptions options_of(const Request& request) {
           .distances = !has(request.without, "distances")};
 }
 
-/// The lens from corners first; with it the distances of the board are looked up, and all is solved together.
+/// Fits the lens to corners, looks up the board distances with it, then fits the lens to both.
 void solve(const Request& request, Intrinsics& result) {
   Observations& observations = result.views.observations;
   LensOptions corners = result.options;
@@ -49,7 +49,7 @@ void solve(const Request& request, Intrinsics& result) {
   if (result.distances.fit())
     result.solution = result.joint;
   else
-    result.options.distances = false;  // for all that judges: the corners alone
+    result.options.distances = false;  // the validation then uses corners only
 }
 
 void judge(const Request& request, Intrinsics& result) {
@@ -67,7 +67,7 @@ void judge(const Request& request, Intrinsics& result) {
   result.next = suggest_view(observations, result.solution);
 }
 
-/// Standard deviation of a typical corner's coordinate, px, as stated by the fits to its pixels.
+/// Median standard deviation of a corner coordinate, px, from the fits to its pixels.
 double corner_sd(const Intrinsics& result) {
   std::vector<double> variances;
   for (const SolvedView& view : result.solution.views)
@@ -107,7 +107,7 @@ void write_lens(const Intrinsics& result, io::CalibrationWriter& writer) {
   writer.column("range_scale", {{s.range_scale}, {std::sqrt(s.covariance(at + 1, at + 1))}}, "", 1);
 }
 
-/// Over the image: in its middle, on the average and at its worst.
+/// Projection uncertainty, px: at the image centre, mean over the image, maximum.
 std::array<double, 3> uncertainty_of(const Intrinsics& result, double range) {
   const auto width = static_cast<double>(result.views.observations.width);
   const auto height = static_cast<double>(result.views.observations.height);
@@ -225,7 +225,7 @@ void add_distance_notes(const Intrinsics& result, std::vector<std::string>& note
   if (!square.empty()) notes.push_back(square);
 }
 
-/// Parameters that the views do not tell apart.
+/// Parameters that the views do not determine.
 std::vector<std::string> undetermined(const LensSolution& s) {
   std::vector<std::string> names;
   const auto n = static_cast<Eigen::Index>(s.layout.lens.size());
@@ -254,7 +254,7 @@ void add_fit_notes(const Intrinsics& result, std::vector<std::string>& notes) {
                                 std::sqrt(result.solution.variance_factor)));
 }
 
-/// Returns whether the lens needs a warning; the notes state it.
+/// Returns true if the lens needs a warning; the notes give the reason.
 bool doubtful(const Intrinsics& result) {
   const bool judged = result.halves.done && result.halves.agree() && result.held_out.done;
   const bool distances = !result.distances.done || (result.distances.fit() && square_of(result).empty());
@@ -263,7 +263,7 @@ bool doubtful(const Intrinsics& result) {
 }
 
 std::vector<std::string> notes_of(const Intrinsics& result) {
-  std::vector<std::string> notes;  // the gravest first: few are printed
+  std::vector<std::string> notes;  // most serious first: only a few are printed
   if (result.lens.found)
     notes.push_back(
         fmt::format("the lens is not of the fitted model: the residuals have a pattern of {:.3f} px; {}{}",
@@ -302,7 +302,7 @@ std::vector<std::string> notes_of(const Intrinsics& result) {
   return notes;
 }
 
-/// Views left out, by the profile's lens and by one that was made without them.
+/// Errors on held-out views, for the lens of the profile and for lenses fitted without these views.
 std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
   if (!result.held_out.done) return std::nullopt;
   return HeldOutErrors{.left_out = "some views at a time",
@@ -311,13 +311,13 @@ std::optional<HeldOutErrors> held_out_of(const Intrinsics& result) {
                        .unit = "px",
                        .scale = 1,
                        .causes = "too few or too similar views, a pattern of another size than stated",
-                       .tolerance = 0.05};  // a lens that the profile has already is worth its uncertainties
+                       .tolerance = 0.05};  // accepted if up to 5 % worse, since it adds uncertainties
 }
 
 }  // namespace
 
 std::array<double, 2> tilts_of(const Pose& pose) {
-  // R = R_y R_x of the board's normal, as boards are tilted in scenes
+  // R = R_y R_x from the board normal, as scenes tilt boards
   const double x = pose.rotation[2], y = pose.rotation[5], z = pose.rotation[8];
   const double sign = z < 0 ? -1 : 1;
   return {std::asin(std::clamp(-sign * y, -1.0, 1.0)), std::atan2(sign * x, sign * z)};

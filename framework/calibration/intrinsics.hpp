@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file The kind `intrinsics`: what came out, for its file and its report.
+/// @file Results of the kind `intrinsics`, for its file and its report.
 #pragma once
 
 #include "calibration/calibrate.hpp"
@@ -9,25 +9,25 @@
 
 namespace tofgraph::calibration {
 
-/// A lens and what it is worth.
+/// Lens and its validation.
 struct Intrinsics {
   LensViews views;
   LensOptions options;
-  LensSolution alone;  ///< from corners, where distances were used too
-  LensSolution joint;  ///< with distances, where there are any, whether they are used or not
+  LensSolution alone;  ///< from corners only
+  LensSolution joint;  ///< with distances, if there are any, even if they are then rejected
   LensSolution solution;
-  DistanceCheck distances;  ///< decides whether they are used
+  DistanceCheck distances;  ///< decides if distances are used
   TwoSets halves;
   HeldOutViews held_out;
   Structure lens, board;
   NextView next;
 };
 
-/// @param verdict the sentence at the top @param lines the summary
+/// @param verdict sentence at the top @param lines of the summary
 report::Page intrinsics_report(const std::string& camera, const Intrinsics& result, const std::string& verdict,
                                const std::string& severity, const std::vector<std::string>& lines);
 
-/// Tilts of a board about x and y, rad, as boards are tilted in scenes: R_y R_x.
+/// Tilts of a board about x and y, rad, in the convention of scenes: R_y R_x.
 std::array<double, 2> tilts_of(const Pose& pose);
 
 }  // namespace tofgraph::calibration

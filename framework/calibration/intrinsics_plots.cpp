@@ -13,9 +13,9 @@
 namespace tofgraph::calibration {
 namespace {
 
-constexpr int side = 370;  ///< px, of a square picture
+constexpr int side = 370;  ///< px, side of a square plot
 
-/// The frame of an image: v downwards.
+/// Gnuplot axes of an image, with v downwards.
 std::string image_axes(const Intrinsics& result, const std::string& title) {
   return fmt::format(
       "set title {}\nset xlabel 'u / px'\nset ylabel 'v / px'\nset xrange [-0.5:{}]\nset yrange [{}:-0.5]\nset size "
@@ -26,7 +26,7 @@ std::string image_axes(const Intrinsics& result, const std::string& title) {
       static_cast<double>(result.views.observations.height) / static_cast<double>(result.views.observations.width));
 }
 
-/// 98 % of the residuals are shorter, px.
+/// 98th percentile of the residual lengths, px.
 double residual_limit(const Intrinsics& result) {
   std::vector<double> lengths;
   for (const SolvedView& view : result.solution.views)
@@ -35,7 +35,7 @@ double residual_limit(const Intrinsics& result) {
   return report::percentile_98(lengths);
 }
 
-/// A number of one, two or five.
+/// Rounds to 1, 2 or 5 times a power of ten.
 double round_number(double value) {
   const double power = std::pow(10, std::floor(std::log10(value))), digit = value / power;
   return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);

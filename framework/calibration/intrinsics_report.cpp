@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// The report of a lens.
+// Report of a lens calibration.
 #include "calibration/intrinsics.hpp"
 
 #include "calibration/campaign_inputs.hpp"

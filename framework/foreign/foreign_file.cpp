@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t head_bytes = 4096;
 constexpr std::uint64_t max_array_bytes = std::uint64_t{1} << 50U;
 
-/// Reports of a format while a call of it runs.
+/// Messages that a format plugin reports during one call.
 struct Report {
   std::string problem, profile;
   std::vector<FileArray> arrays;
@@ -31,7 +31,7 @@ tofgraph_format_host host_of(Report& report) {
     FileArray made;
     made.kind = array->kind;
     made.bytes = array->bytes;
-    if (array->rank <= 6) made.extent.assign(array->extent, array->extent + array->rank);  // else refused by check()
+    if (array->rank <= 6) made.extent.assign(array->extent, array->extent + array->rank);  // else check() rejects it
     made.name = array->name != nullptr ? array->name : "";
     made.unit = array->unit != nullptr ? array->unit : "";
     made.text = array->text != nullptr ? array->text : "";

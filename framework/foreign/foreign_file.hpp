@@ -15,46 +15,46 @@
 
 namespace tofgraph::foreign {
 
-/// A file that cannot be read or used; what() is a whole message.
+/// Error of a file that cannot be read or used; what() is a complete message.
 class ForeignError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The format plugins of a run.
+/// Format plugins available in a run.
 class Formats {
  public:
   explicit Formats(const graph::PluginRegistry& registry);
-  /// The format that recognises a file's first bytes; null: none.
+  /// Returns the format that recognises the first bytes of a file, or null.
   const graph::Plugin* find(const std::vector<std::uint8_t>& head) const;
-  /// Usual endings of all formats, for messages.
+  /// Usual file name extensions of all formats, for messages.
   std::string endings() const;
 
  private:
   std::vector<const graph::Plugin*> formats_;
 };
 
-/// An opened file. Reads of one file are made by one thread at a time.
+/// Open file of another program. Only one thread at a time may read from it.
 class ForeignFile {
  public:
-  /// Opens a file by the format whose plugin recognises its first bytes.
-  /// @throws ForeignError a file that cannot be read, that no format recognises, or that is damaged
+  /// Opens a file with the format plugin that recognises its first bytes.
+  /// @throws ForeignError if it cannot be read, no format recognises it, or it is damaged
   ForeignFile(const Formats& formats, std::filesystem::path file);
 
-  /// A file without a header, whose arrays a layout describes.
+  /// Opens a file without a header, whose arrays a layout describes.
   ForeignFile(std::filesystem::path file, std::shared_ptr<FileFormat> own);
 
   const std::filesystem::path& path() const { return path_; }
   /// Name of the format's plugin.
   const std::string& format() const { return format_; }
-  /// True where a layout describes the arrays; the frame axis before their own is added.
+  /// Returns true if a layout describes the arrays; a frame axis then precedes the axes of the layout.
   bool is_headerless() const { return own_ != nullptr; }
   const std::vector<FileArray>& arrays() const { return arrays_; }
-  /// A camera profile (YAML) that follows from the file; empty: none.
+  /// Camera profile (YAML) derived from the file; empty: none.
   const std::string& profile() const { return profile_; }
-  /// Index of an array. @throws ForeignError with the names that exist
+  /// Returns the index of an array. @throws ForeignError listing the existing names
   std::size_t find(const std::string& name) const;
-  /// Elements first .. first + count - 1 of an array's slowest axis. @throws ForeignError
+  /// Reads elements first .. first + count - 1 along the slowest axis of an array. @throws ForeignError
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const;
 
  private:
@@ -66,11 +66,11 @@ class ForeignFile {
   std::shared_ptr<void> file_;
 };
 
-/// Size of an element in words: "uint16", "float64".
+/// Type of an element as text: "uint16", "float64".
 std::string element_text(const FileArray& array);
-/// Extents as people who use the format write them: "204 x 204".
+/// Extents in the notation of the format: "204 x 204".
 std::string shape_text(const FileArray& array);
-/// The extents in that order.
+/// Extents in the same order.
 std::vector<std::uint64_t> shape_of(const FileArray& array);
 
 }  // namespace tofgraph::foreign

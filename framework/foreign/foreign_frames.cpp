@@ -24,16 +24,16 @@
 namespace tofgraph::foreign {
 namespace {
 
-constexpr std::uint64_t max_whole_bytes = std::uint64_t{2} << 30U;  ///< of an array that has to be in memory
+constexpr std::uint64_t max_whole_bytes = std::uint64_t{2} << 30U;  ///< of an array held in memory
 
-/// The capture's type for an array.
+/// Type of a channel in the capture that stores the values of an array.
 std::uint32_t type_of(std::string_view channel, const FileArray& array) {
   if (channel == "taps" || channel == "flags") return TOFGRAPH_TYPE_U16;
   if (channel != "phases" || array.kind == TOFGRAPH_ELEMENT_FLOAT) return TOFGRAPH_TYPE_F32;
   return array.kind == TOFGRAPH_ELEMENT_SIGNED && array.bytes <= 2 ? TOFGRAPH_TYPE_I16 : TOFGRAPH_TYPE_I32;
 }
 
-/// Type, size and order of an array, whose frames may differ in number.
+/// Type, size and axis order of an array; "frames" replaces the number of frames, which may differ between files.
 std::string described(const FileArray& array, std::size_t frame_axis) {
   std::vector<std::string> extent;
   for (std::size_t i = 0; i < array.extent.size(); ++i)
@@ -75,7 +75,7 @@ std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::
   if (file->rest() > 0) {
     warnings_.push_back(
         fmt::format("{} does not end with a whole frame: its last {} bytes are not read", path.string(), file->rest()));
-    if (channels_.empty()) {  // the first file: others have the same headers
+    if (channels_.empty()) {  // first file only: the others have the same headers
       const auto doubt = header_doubt(path, request_.layout);
       if (doubt && !doubt->mend.empty())
         warnings_.push_back(
@@ -107,11 +107,11 @@ const ForeignFile& ForeignFrames::file(std::size_t index) {
 void ForeignFrames::set_channels() {
   const std::string where = request_.files[0].string();
   std::vector<ChannelLayout> wanted = request_.layout.channels;
-  if (wanted.empty()) {  // arrays whose names say what they are
+  if (wanted.empty()) {  // use arrays that are named like a channel
     const auto& arrays = opened_->arrays();
     const bool cloud = std::ranges::find(arrays, "points", &FileArray::name) != arrays.end();
     for (const FileArray& array : arrays) {
-      if (cloud && array.name == "sigma") continue;  // of a point, which has no length of its own
+      if (cloud && array.name == "sigma") continue;  // sigma of a point, not of a length
       if (std::ranges::find(layout_channels, std::string_view(array.name)) != std::end(layout_channels))
         wanted.push_back({.channel = array.name, .array = array.name});
     }
@@ -127,7 +127,7 @@ void ForeignFrames::set_channels() {
         "CHANNEL=ARRAY) states it, or a layout. CHANNEL is one of{}\n         and phases, taps, points, sigma, flags",
         where, readings_text(lines), readings_text(channel_readings())));
   }
-  // Flags of the file come last here and are read first: invalid pixels of other channels are added to them.
+  // `flags` comes last but is read first: invalid pixels of the other channels are then added to it.
   std::stable_partition(wanted.begin(), wanted.end(), [](const ChannelLayout& c) { return c.channel != "flags"; });
   bool lengths = false;
   for (const ChannelLayout& layout : wanted) {
@@ -179,7 +179,7 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   source.like = array;
   check_layout(first, array, layout);
   std::vector<Axis> axes = axes_of(first, source.array, layout, camera());
-  if (array.reversed) std::ranges::reverse(axes);  // now as in memory
+  if (array.reversed) std::ranges::reverse(axes);  // order in memory
   source.scattered = is_scattered(axes);
   if (source.scattered && !layout.reversed.empty())
     throw ForeignError(fmt::format("{}: '{}' is of points in no order: they have no axes that could be reversed", where,
@@ -215,7 +215,7 @@ void ForeignFrames::count_frames() {
   for (std::size_t f = 0; f < request_.files.size(); ++f) {
     first_frame_.push_back(frames_);
     std::uint64_t count = 1;
-    file(f);  // every file is looked at before the first frame
+    file(f);  // checks every file before the first frame is read
     for (std::size_t s = 0; s < sources_.size() && in_file; ++s) {
       const Source& source = sources_[s];
       const FileArray& array = file(f).arrays()[source.array];
@@ -233,7 +233,7 @@ void ForeignFrames::count_frames() {
   if (numbers_.empty()) return;
   const std::uint64_t missing = numbers_.back() - numbers_.front() + 1 - numbers_.size();
   const std::uint64_t step = numbers_[1] - numbers_[0];
-  bool regular = true;  // every tenth frame, as some recorders write
+  bool regular = true;  // constant step; some recorders write every tenth frame
   for (std::size_t i = 1; i < numbers_.size(); ++i) regular = regular && numbers_[i] - numbers_[i - 1] == step;
   if (regular && step > 1 && numbers_.size() > 2) {
     numbers_.clear();
@@ -253,7 +253,7 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
     one.read(source.array, slices ? frame : 0, slices ? 1 : array.extent[0], buffer_.data());
     return buffer_.data();
   }
-  std::vector<std::uint8_t>& whole = whole_[source.array];  // a frame's elements are spread over the array
+  std::vector<std::uint8_t>& whole = whole_[source.array];  // frames are not contiguous in this array
   if (whole.empty()) {
     const std::uint64_t all = array.elements() * array.bytes;
     if (all > max_whole_bytes)
@@ -264,7 +264,7 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
     whole.resize(all);
     one.read(source.array, 0, array.extent[0], whole.data());
   }
-  std::uint64_t inner = array.bytes, outer = 1;  // bytes of one step of the frame axis; runs of them
+  std::uint64_t inner = array.bytes, outer = 1;  // bytes per step of the frame axis; number of such runs
   for (std::size_t i = 0; i < array.extent.size(); ++i) {
     if (i > source.frame_axis) inner *= array.extent[i];
     if (i < source.frame_axis) outer *= array.extent[i];
@@ -276,7 +276,7 @@ const std::uint8_t* ForeignFrames::elements(const Source& source, std::size_t f,
 }
 
 void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
-  if (channel >= sources_.size()) return;  // flags that no array has
+  if (channel >= sources_.size()) return;  // `flags` without an array in the file
   if (sources_[channel].scattered) return read_scattered(frame, channel, out, flags);
   convert(frame, channel, out, flags);
   if (channels_[channel].name == "points")

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Foreign files as frames of a camera: arrays, their meaning by a layout, and what both leave open.
+/// @file Foreign files as frames of a camera: arrays interpreted by a layout; ambiguities are reported.
 #pragma once
 
 #include "foreign/foreign_file.hpp"
@@ -14,22 +14,22 @@
 namespace tofgraph::foreign {
 
 struct ForeignRequest {
-  std::vector<std::filesystem::path> files;  ///< one, or a series in the order of the frames
+  std::vector<std::filesystem::path> files;  ///< one file, or a series in frame order
   Layout layout;
   io::CameraPtr camera;  ///< null: the file's own profile
 };
 
-/// A channel of the frames.
+/// Channel of the frames.
 struct ForeignChannel {
-  std::string name, unit, of;  ///< of: for sigma, the length
+  std::string name, unit, of;  ///< of: the length channel that a sigma belongs to
   std::uint32_t type = TOFGRAPH_TYPE_F32;
   std::vector<std::uint64_t> extent;
 };
 
-/// Frames of one or several files. Values become SI; "no measurement" becomes NaN and is flagged as invalid.
+/// Frames of one or several files. Values are converted to SI; "no measurement" becomes NaN, flagged as invalid.
 class ForeignFrames {
  public:
-  /// @throws ForeignError what is damaged, missing, or ambiguous; ambiguous files with every reading that is possible
+  /// @throws ForeignError if a file is damaged, incomplete or ambiguous; the last with all possible interpretations
   ForeignFrames(const graph::PluginRegistry& registry, ForeignRequest request);
 
   const tofgraph_camera& camera() const { return camera_->view(); }
@@ -37,27 +37,27 @@ class ForeignFrames {
   /// Channels of every frame; `flags` is the last one.
   const std::vector<ForeignChannel>& channels() const { return channels_; }
   std::uint64_t frames() const { return frames_; }
-  /// TOFGRAPH_KNOWS_.. of all frames.
+  /// Flags TOFGRAPH_KNOWS_* that hold for all frames.
   std::uint64_t known() const;
   tofgraph_metadata metadata(std::uint64_t frame) const;
-  /// Reads one channel of a frame. @param flags of the frame's pixels; invalid ones are added
+  /// Reads one channel of a frame. @param flags of its pixels; the flag of invalid pixels is added
   void read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
-  /// Lengths of a channel, of the frames read so far, that became invalid without a code that says so.
+  /// Number of lengths rejected in the frames read so far although they have no code for "no measurement".
   const io::RefusedLengths& refused(std::size_t channel) const { return refused_[channel]; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  /// Path of a channel from its array.
+  /// Source of a channel: its array and the conversion.
   struct Source {
     ChannelLayout layout;
     std::size_t array = 0;
-    FileArray like;               // that of the first file
+    FileArray like;               // array in the first file
     std::vector<AxisStep> steps;  // without the frame axis
-    std::uint64_t first = 0;      // element of the channel that the array's first becomes
+    std::uint64_t first = 0;      // index in the channel of the array's first element
     std::size_t frame_axis = npos;
-    std::uint64_t elements = 1;  // of a frame
+    std::uint64_t elements = 1;  // per frame
     double scale = 1;
-    bool scattered = false;  // points in no order, or their values
+    bool scattered = false;  // unordered points, or values of such points
   };
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
@@ -69,34 +69,34 @@ class ForeignFrames {
   void count_frames();
   void read_per_frame();
   std::vector<double> values_of(const PerFrame& what, std::string_view unit);
-  /// Time stamps in ns from whole numbers of 64 bits; empty: other types or units.
+  /// Time stamps in ns, exact, from 64-bit integers; empty for other types or units.
   std::vector<std::int64_t> exact_times(const PerFrame& what);
-  /// @throws ForeignError values of points in no order without these points
+  /// @throws ForeignError if there are values of unordered points but not the points
   void check_scattered() const;
-  /// Pixel of each point of a scattered cloud.
+  /// Pixel of each point of an unordered cloud.
   const std::vector<std::size_t>& projected(std::uint64_t frame);
   /// Converts one frame of a channel, in the order of the channel's elements.
   void convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
   void read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
-  /// The elements of a frame in the array's order.
+  /// Elements of a frame in the order of the array.
   const std::uint8_t* elements(const Source& source, std::size_t file, std::uint64_t frame);
 
   Formats formats_;
   ForeignRequest request_;
   io::CameraPtr camera_;
-  std::size_t current_ = 0;  // the file that is open
+  std::size_t current_ = 0;  // index of the open file
   std::shared_ptr<const ForeignFile> opened_;
-  std::vector<std::uint64_t> first_frame_;  // of each file
+  std::vector<std::uint64_t> first_frame_;  // of each file; frames are counted over the series
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
   std::vector<io::RefusedLengths> refused_;                                            // by channel
-  std::vector<double> integration_time_, modulation_frequency_, time_since_power_on_;  // one, one a frame, or none
-  std::vector<std::int64_t> timestamp_ns_;                                             // one a frame, or none
-  std::vector<std::uint64_t> numbers_;  // in the names of a series; empty: none
-  std::vector<std::size_t> projected_;  // pixels of the points of projected_frame_
+  std::vector<double> integration_time_, modulation_frequency_, time_since_power_on_;  // one, per frame, or none
+  std::vector<std::int64_t> timestamp_ns_;                                             // per frame; empty: none
+  std::vector<std::uint64_t> numbers_;  // from the file names of a series; empty: none
+  std::vector<std::size_t> projected_;  // pixel of each point of projected_frame_
   std::uint64_t projected_frame_ = ~std::uint64_t{0};
   std::vector<std::uint8_t> buffer_;
-  std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays of the open file whose frames are spread
+  std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays whose frames are not contiguous
   std::uint64_t frames_ = 0;
   std::vector<std::string> warnings_;
 };

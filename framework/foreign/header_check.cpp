@@ -16,19 +16,19 @@ namespace {
 
 using Offset = std::int64_t;  ///< bytes
 
-constexpr Offset max_bytes = Offset{64} << 20U;  ///< of the file that are examined
-constexpr Offset max_header_error = 4096;        ///< bytes of a frame that are searched for
-constexpr Offset max_rest = 1024;                ///< bytes left over that a wrong file_header explains
-constexpr std::size_t max_samples = 1000;        ///< values of a frame that are compared
-constexpr double max_match = 0.8;                ///< difference of frames at the best distance over the stated one
-constexpr double min_step = 3;                   ///< from row to row over the steps within rows
-constexpr double max_roughness = 0.4;            ///< steps within rows over those as stated: bytes were torn apart
+constexpr Offset max_bytes = Offset{64} << 20U;  ///< examined at the beginning of the file
+constexpr Offset max_header_error = 4096;        ///< largest error of the bytes per frame that is searched
+constexpr Offset max_rest = 1024;                ///< largest remainder that a wrong file_header may explain
+constexpr std::size_t max_samples = 1000;        ///< compared values per frame, approximately
+constexpr double max_match = 0.8;                ///< ratio of frame differences, best over stated length
+constexpr double min_step = 3;                   ///< ratio of the steps between rows and within rows
+constexpr double max_roughness = 0.4;            ///< ratio of steps within rows, shifted over stated
 
-/// Places of an array's elements in a frame.
+/// Positions of the elements of an array in a frame, bytes.
 struct Places {
   HeaderlessArray array;
-  Offset begin = 0;           ///< of the array in a frame, without frame_header
-  std::vector<Offset> steps;  ///< of each axis
+  Offset begin = 0;           ///< start of the array in a frame, without frame_header
+  std::vector<Offset> steps;  ///< per element of each axis
   std::size_t row = 0, column = 1;
   std::optional<std::uint64_t> mask;
   std::uint32_t signed_bits = 0;
@@ -36,7 +36,7 @@ struct Places {
   Offset first_axis_bytes() const { return steps[0]; }
 };
 
-/// The largest array, with the axes of the channel that is read from it.
+/// Returns the positions of the largest array, with the axes of the channel that is read from it.
 Places places_of(const Layout& layout) {
   Places largest;
   Offset begin = 0, most = 0;
@@ -65,7 +65,7 @@ Places places_of(const Layout& layout) {
     if (axes.size() != rank) continue;
     const auto row = std::ranges::find(axes, Axis::row), column = std::ranges::find(axes, Axis::column);
     if (row == axes.end() || column == axes.end()) continue;
-    largest.row = static_cast<std::size_t>(std::min(row, column) - axes.begin());  // the slower of both
+    largest.row = static_cast<std::size_t>(std::min(row, column) - axes.begin());  // the slower axis of the two
     largest.column = static_cast<std::size_t>(std::max(row, column) - axes.begin());
   }
   return largest;
@@ -78,11 +78,11 @@ double median_of(std::vector<double>& values) {
   return *middle;
 }
 
-/// Steps between neighbouring elements of images that begin at an assumed place.
+/// Absolute differences of neighbouring elements if the images begin at an assumed position.
 struct Steps {
-  double within = 0, between = 0;  ///< rows; medians
+  double within = 0, between = 0;  ///< rows: medians, in stored units
   double ratio() const { return (between + 1e-9) / (within + 1e-9); }
-  /// Returns whether the images begin here rather than at the place with the other steps.
+  /// Returns true if this position is more likely the start of the images than that of `other`.
   bool is_better_than(const Steps& other) const {
     return within < max_roughness * other.within ||
            (ratio() > min_step && ratio() > 2 * other.ratio() && other.ratio() < min_step);
@@ -124,7 +124,7 @@ class HeaderCheck {
   }
 
  private:
-  /// Value of the element at a place in the file; NaN: behind the bytes that are examined.
+  /// Value of the element at a byte of the file; NaN: outside the examined bytes, or not finite.
   double value_at(Offset at) const {
     const HeaderlessArray& a = places_.array;
     if (at < 0 || at + static_cast<Offset>(a.bytes) > static_cast<Offset>(bytes_.size())) return io::unknown;
@@ -150,7 +150,7 @@ class HeaderCheck {
     return static_cast<double>(static_cast<std::int64_t>(bits) - static_cast<std::int64_t>(sign));
   }
 
-  /// Mean difference of elements of the first frame and those at a distance behind them.
+  /// Mean absolute difference of elements of the first frame and those `distance` bytes later.
   double difference_at(Offset distance, Offset torn) const {
     double sum = 0, count = 0;
     const Offset length = places_.first_axis_bytes() * static_cast<Offset>(places_.array.shape[0]);
@@ -166,7 +166,7 @@ class HeaderCheck {
     return count > 0 ? sum / count : io::unknown;
   }
 
-  /// Bytes by which frames are longer than stated where they match best, and how much better they match.
+  /// Bytes by which frames are longer than stated at the best match, and its difference relative to the stated length.
   std::pair<Offset, double> best_distance() const {
     std::pair<Offset, double> best = {0, 1};
     const Offset reach = std::min(max_header_error, frame_ / 2);
@@ -182,7 +182,7 @@ class HeaderCheck {
     return best;
   }
 
-  /// Bytes by which the first frame begins later than stated, if frames of this length fill the file so.
+  /// Bytes by which the first frame must begin later than stated so that frames of this length fill the file.
   std::optional<Offset> leftover(Offset frame) const {
     const Offset rest = (size_ - start_) % frame, most = std::min(max_rest, frame / 16);
     if (rest <= most) return rest;
@@ -190,8 +190,8 @@ class HeaderCheck {
     return std::nullopt;
   }
 
-  /// Steps in the first image of each frame, if all begins `shift` bytes later and the headers of frames and of images
-  /// are longer by so many bytes.
+  /// Steps in the first image of the first four frames, if everything begins `shift` bytes later, frame headers are
+  /// `longer` bytes and image headers `image_longer` bytes longer than stated.
   Steps steps_at(Offset shift, Offset longer, Offset image_longer) const {
     std::vector<double> within, between;
     const HeaderlessArray& a = places_.array;
@@ -232,7 +232,7 @@ class HeaderCheck {
     return doubt;
   }
 
-  /// The header that is longer: that of the frame, or those of its images.
+  /// Line of the layout with the corrected header: that of the frame, or those of its images.
   std::string frame_header_line(Offset longer) const {
     const HeaderlessArray& a = places_.array;
     const auto images = static_cast<Offset>(a.shape[0]);
@@ -243,7 +243,7 @@ class HeaderCheck {
     const bool images_can = places_.row > 0 && longer % images == 0 && image_header >= 0 && images > 1;
     if (!images_can) return frame_header >= 0 ? of_frame : "a smaller shape or image_header";
     if (frame_header < 0) return of_images;
-    // The last image of a frame begins at the same place with either.
+    // The first image shows the difference: the last one begins at the same byte in both cases.
     const Steps one = steps_at(0, longer, 0), each = steps_at(0, 0, longer / images);
     if (each.is_better_than(one)) return of_images;
     return one.is_better_than(each) ? of_frame : of_frame + ", or " + of_images;

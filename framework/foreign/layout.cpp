@@ -29,7 +29,7 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-/// The words of a list, or of a text with blanks between them.
+/// Joins the items of a list with blanks; a text is returned unchanged.
 std::string joined(const config::Value& value) {
   if (!value.is_list()) return value.text;
   std::string text;
@@ -37,7 +37,7 @@ std::string joined(const config::Value& value) {
   return text;
 }
 
-/// A whole number as it is written, 4095 or 0x0fff.
+/// Parses a whole number, decimal or hexadecimal: 4095 or 0x0fff.
 std::optional<std::uint64_t> whole_number(const std::string& text) {
   const bool hex = text.starts_with("0x");
   std::uint64_t bits = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Layouts: what the arrays of a foreign file mean, written by the user. See docs/formats/layout.md.
+/// @file Layouts: meaning of the arrays of a foreign file, stated by the user. See docs/formats/layout.md.
 #pragma once
 
 #include "config/document.hpp"
@@ -19,31 +19,31 @@ namespace tofgraph::foreign {
 enum class Axis { frame, exposure, tap, row, column, coordinate, point };
 inline constexpr std::string_view axis_names[] = {"frame", "exposure", "tap", "row", "column", "coordinate", "point"};
 
-/// Axes from their names, "frame row column". @returns nothing for an unknown name or one that occurs twice
+/// Parses axis names, "frame row column". @returns nothing for an unknown or repeated name
 std::optional<std::vector<Axis>> parse_axes(std::string_view names);
 std::string axes_text(const std::vector<Axis>& axes);
 
-/// A channel of the capture, and the array that it is read from.
+/// Channel of the capture and the array from which it is read.
 struct ChannelLayout {
-  std::string channel;                ///< depth, amplitude, phases, ..
-  std::string array;                  ///< in the file; empty: the only one
-  std::vector<Axis> axes;             ///< in the order of the array's shape; empty: from the sizes
-  std::string unit;                   ///< of a value of 1, "mm" or "0.1 mm"; empty: the file's
+  std::string channel;                ///< depth, amplitude, phases, ...
+  std::string array;                  ///< name in the file; empty: the only array
+  std::vector<Axis> axes;             ///< in the order of the array's shape; empty: deduced from the sizes
+  std::string unit;                   ///< size of a value of 1, "mm" or "0.1 mm"; empty: as in the file
   std::vector<double> invalid;        ///< values that mean "no measurement", before mask, zero and unit
-  std::optional<std::uint64_t> mask;  ///< bits of a value that count
+  std::optional<std::uint64_t> mask;  ///< bits of a value that are used
   std::uint32_t signed_bits = 0;      ///< lowest bits of a value, two's complement; 0: the type's own sign
-  std::vector<Axis> reversed;         ///< of row and column: they run the other way than in the camera
-  double zero = 0;                    ///< is subtracted
+  std::vector<Axis> reversed;         ///< row or column, if opposite to the camera's
+  double zero = 0;                    ///< subtracted from the values
 };
 
-/// A number for all frames, or an array with one for each.
+/// Metadata of frames: one number for all, or an array with one number per frame.
 struct PerFrame {
   double value = io::unknown;  ///< SI
-  std::string array;           ///< empty: the value
+  std::string array;           ///< empty: `value` is used
   std::string unit;            ///< of the array's values
 };
 
-/// An array of a file without a header.
+/// Array of a file without a header.
 struct HeaderlessArray {
   std::string name;
   std::uint32_t kind = 0, bytes = 0;  ///< as in tofgraph_file_array
@@ -53,15 +53,15 @@ struct HeaderlessArray {
 };
 
 struct Layout {
-  std::string camera;  ///< a profile by name or absolute path; empty: not stated
+  std::string camera;  ///< profile: name or absolute path; empty: not stated
   std::vector<ChannelLayout> channels;
   PerFrame integration_time, modulation_frequency, timestamp, time_since_power_on;  ///< s, Hz, s, s
   double frame_rate = io::unknown;                                                  ///< Hz
-  std::uint64_t file_header = 0, frame_header = 0;  ///< bytes, of files without a header of their own
+  std::uint64_t file_header = 0, frame_header = 0;  ///< bytes, for files without a header
   std::vector<HeaderlessArray> headerless;          ///< not empty: the file has no header
 };
 
-/// Reads a layout file. @throws config::ConfigurationError with every mistake
+/// Reads a layout file. @throws config::ConfigurationError listing all errors
 Layout read_layout(const std::filesystem::path& file);
 
 /// Channels that a layout may name.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Metadata of the frames: times and frequencies from numbers or arrays.
+// Metadata of frames: times and frequencies from numbers or arrays.
 #include "config/log.hpp"
 #include "foreign/foreign_frames.hpp"
 #include "foreign/readings.hpp"
@@ -58,7 +58,7 @@ void ForeignFrames::read_per_frame() {
   modulation_frequency_ = values_of(request_.layout.modulation_frequency, "Hz");
   time_since_power_on_ = values_of(request_.layout.time_since_power_on, "s");
   PerFrame timestamp = request_.layout.timestamp;
-  if (timestamp.array.empty()) {  // that of the format, beside the first channel
+  if (timestamp.array.empty()) {  // use the time stamps that the format provides for the first channel
     const std::string own = sources_[0].like.name + ".stamp";
     const auto found = std::ranges::find(opened_->arrays(), own, &FileArray::name);
     if (found != opened_->arrays().end()) timestamp = {.array = own, .unit = found->unit};

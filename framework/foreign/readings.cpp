@@ -108,7 +108,7 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
   const FileArray& array = file.arrays()[index];
   ValueRange range{.low = std::numeric_limits<double>::infinity()};
   if (array.elements() == 0) return range;
-  constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // what is looked at for a message
+  constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // read at most for a message
   const bool one_image = array.extent.size() <= 2 && array.elements() * array.bytes <= max_bytes;
   count = one_image ? array.extent[0] : std::min(count, array.extent[0]);
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;

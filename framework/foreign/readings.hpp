@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Readings of an array that are possible where nobody stated one: which axes, which unit, which channel.
+/// @file Possible interpretations of an array if none is stated: axes, unit and channel.
 #pragma once
 
 #include "foreign/foreign_file.hpp"
@@ -10,45 +10,45 @@
 
 namespace tofgraph::foreign {
 
-/// Orders of the axes in which an array of this shape can be a channel of this camera.
-/// @param camera null: of any size @param scattered of points in no order, instead of an image
+/// Axis orders with which an array of this shape can be a channel of this camera.
+/// @param camera null: any image size @param scattered unordered points instead of an image
 std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& shape, std::string_view channel,
                                              const tofgraph_camera* camera, bool scattered = false);
-/// Axes that a channel of this name has beside `frame`. @param scattered of points in no order, instead of an image
+/// Axes of a channel of this name, without `frame`. @param scattered unordered points instead of an image
 std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered = false);
-/// Returns whether the axes are those of points in no order.
+/// Returns true if the axes are those of unordered points.
 bool is_scattered(const std::vector<Axis>& axes);
 
-/// Smallest and largest value of the first elements of an array that are finite, positive and not the type's largest.
+/// Range of the first elements of an array that are finite, positive and less than the maximum of the type.
 struct ValueRange {
   double low = 0, high = 0;
-  double zeros = 0, negative = 0, no_numbers = 0;  ///< shares of the elements; no number: NaN and infinities
+  double zeros = 0, negative = 0, no_numbers = 0;  ///< shares of the elements; no_numbers: NaN and infinite
   bool found = false;
 };
-/// @param count of the slowest axis, at most; an array of two axes, one image, is looked at as a whole
+/// @param count max. number along the slowest axis; an array of up to two axes is read completely
 ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);
-/// Elements of an array as double.
+/// Converts the elements of an array to double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
 
-/// SI value of one unit. @param where names the file @throws ForeignError a unit of another dimension
+/// SI value of one unit. @param where file name for messages @throws ForeignError for a unit of another dimension
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where);
 /// Unit of a channel in captures: m, counts or none.
 std::string unit_of(std::string_view channel);
-/// Checks the settings of a channel. @throws ForeignError those that its array cannot have
+/// Checks the settings of a channel. @throws ForeignError if they do not apply to its array
 void check_layout(const ForeignFile& file, const FileArray& array, const ChannelLayout& layout);
 
-/// The stated axes of a channel's array, those of its format, or the only ones that are possible; in the order of its
-/// shape. @throws ForeignError with the orders that are possible
+/// Axes of the array of a channel in the order of its shape: those stated, those of the format, or the only possible
+/// ones. @throws ForeignError listing the possible orders
 std::vector<Axis> axes_of(const ForeignFile& file, std::size_t array, const ChannelLayout& layout,
                           const tofgraph_camera& camera);
-/// @throws ForeignError that nothing states the unit of a length, with what each unit would mean
+/// @throws ForeignError because the unit of a length is not stated, with the range of lengths for each unit
 [[noreturn]] void refuse_without_unit(const ForeignFile& file, std::size_t array, const std::string& channel);
 
-/// Lines that show what each unit would mean for lengths: "unit: mm   0.35 m to 2.1 m".
+/// Lines with the range of lengths for each unit: "unit: mm   0.35 m to 2.1 m".
 std::vector<std::string> unit_readings(const ValueRange& range);
-/// Lines of a message, each in a line of its own.
+/// Joins lines of a message, each on a line of its own.
 std::string readings_text(const std::vector<std::string>& lines);
-/// Lines that show what the array could be.
+/// Lines with the channels that an array may contain.
 std::vector<std::string> channel_readings();
 
 }  // namespace tofgraph::foreign

@@ -60,9 +60,9 @@ template <class T, class U> class Scatter {
   }
 
  private:
-  /// Neighbours without masks and codes: the compiler makes vector code of both loops.
+  /// Converts contiguous elements without masks and codes; the compiler vectorises the loops.
   void convert_run(std::uint64_t from, std::uint64_t to, std::uint64_t count) const {
-    constexpr std::uint64_t part = 1024;  // stays in the cache
+    constexpr std::uint64_t part = 1024;  // fits into the cache
     for (std::uint64_t begin = 0; begin < count; begin += part) {
       const std::uint64_t n = std::min(part, count - begin);
       const std::uint8_t* in = in_ + (from + begin) * sizeof(T);
@@ -84,7 +84,7 @@ template <class T, class U> class Scatter {
       }
     }
   }
-  /// 1: a converted value that is not finite, or not a length where it has to be one.
+  /// Returns 1 if a converted value is not finite or, for lengths, outside (0, max_length]; otherwise 0.
   int is_no_measurement(float value) const {
     const int length = static_cast<int>(value > 0) & static_cast<int>(value <= max_length);
     const int finite = static_cast<int>(std::abs(value) <= std::numeric_limits<float>::max());
@@ -149,7 +149,7 @@ template <class T> void scatter_from(const std::uint8_t* in, std::span<const Axi
   }
 }
 
-/// Axes that follow each other in memory on both sides, as one.
+/// Merges successive axes that are contiguous in both input and output.
 std::vector<AxisStep> merged(std::span<const AxisStep> steps) {
   std::vector<AxisStep> result;
   for (const AxisStep& axis : steps) {

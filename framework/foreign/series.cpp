@@ -20,7 +20,7 @@ bool matches(std::string_view text, std::string_view like) {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Natural order of whole names: runs of digits compare as numbers, everything else by its characters.
+/// Natural order of file names: runs of digits compare as numbers, other text by characters.
 bool comes_before(const std::filesystem::path& first, const std::filesystem::path& second) {
   const std::string x = first.string(), y = second.string();
   std::size_t i = 0, j = 0;
@@ -44,7 +44,7 @@ bool comes_before(const std::filesystem::path& first, const std::filesystem::pat
   return x.size() - i < y.size() - j;
 }
 
-/// Adds a file, or those that a pattern matches, by name.
+/// Adds a file, or all files that match a pattern, in the natural order of their names.
 void add_matching(const std::string& pattern, std::vector<std::filesystem::path>& files) {
   const std::filesystem::path path(pattern);
   const std::string name = path.filename().string();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Files that together are a recording, one after the other.
+/// @file Series of files that form one recording.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 
 namespace tofgraph::foreign {
 
-/// Numbers at the end of the files' names, 42 of "depth_0042.png"; empty where names differ in more than this number or
-/// the numbers do not rise.
+/// Numbers at the end of the file names, e.g. 42 in "depth_0042.png"; empty if the names differ in anything else or the
+/// numbers do not increase.
 std::vector<std::uint64_t> file_numbers(const std::vector<std::filesystem::path>& files);
 
-/// Files of a series in the natural order of their names: runs of digits are numbers.
-/// @param patterns one a line: a file, or a name with * and ?
-/// @throws ForeignError where none matches
+/// Files of a series in the natural order of their names: runs of digits compare as numbers.
+/// @param patterns one per line: a file, or a name with * and ?
+/// @throws ForeignError if no file matches
 std::vector<std::filesystem::path> files_of(const std::string& patterns);
 
 }  // namespace tofgraph::foreign

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Orientation of a recorded amplitude against the lengths: edges of depth are edges of the amplitude, too.
+// Orientation of the recorded amplitude relative to the lengths: edges in depth are also edges in amplitude.
 #include "inspection/inspection.hpp"
 
 #include "io/unknown.hpp"
@@ -15,18 +15,18 @@ namespace tofgraph::inspection {
 namespace {
 
 constexpr std::size_t min_edges = 100;  ///< pixels
-constexpr double min_jump = 0.03;       ///< of the length, from one side of a pixel to the other
+constexpr double min_jump = 0.03;       ///< relative change of the length from one side of a pixel to the other
 constexpr double min_score = 0.8;       ///< mean rank of the amplitude's steps at edges of depth; by chance 0.5
 constexpr double max_stated_score = 0.65;
 
-/// Difference of a function of the pixels on both sides of one, along rows or columns, the larger one.
+/// Difference of `value` between both neighbours of a pixel, along the row or the column, whichever is larger.
 template <class Value> double step_at(const Observation& o, std::size_t i, const Value& value) {
   const double along = std::abs(value(i + 1) - value(i - 1)),
                across = std::abs(value(i + o.width) - value(i - o.width));
   return std::isfinite(along) && std::isfinite(across) ? std::max(along, across) : io::unknown;
 }
 
-/// Pixels without those at the border.
+/// Pixels not at the image border.
 std::vector<std::size_t> inner_pixels(const Observation& o) {
   std::vector<std::size_t> inner;
   for (std::size_t row = 1; row + 1 < o.height; ++row)
@@ -34,7 +34,7 @@ std::vector<std::size_t> inner_pixels(const Observation& o) {
   return inner;
 }
 
-/// Rank of each pixel's relative step of the amplitude, 0 to 1; NaN: not known.
+/// Rank of the relative amplitude step of each pixel, 0 to 1; NaN: unknown.
 std::vector<double> ranks_of(const Observation& o) {
   std::vector<double> steps(o.pixels(), io::unknown), ranks = steps;
   std::vector<std::size_t> order;
@@ -58,7 +58,7 @@ std::vector<std::size_t> edges_of(const Observation& o, double noise) {
   return edges;
 }
 
-/// Mean rank of the amplitude at the edges, if its image is to be turned so.
+/// Mean rank of the amplitude steps at the depth edges if the amplitude image is reoriented this way.
 double score_of(const Observation& o, const std::vector<std::size_t>& edges, const std::vector<double>& ranks,
                 const Orientation& orientation) {
   const double middle_x = static_cast<double>(o.width - 1) / 2, middle_y = static_cast<double>(o.height - 1) / 2;
@@ -76,7 +76,7 @@ double score_of(const Observation& o, const std::vector<std::size_t>& edges, con
   return count >= static_cast<double>(min_edges) ? sum / count : 0;
 }
 
-/// Keys of a layout that turn the amplitude.
+/// Keys of a layout that reorient the amplitude image.
 std::string layout_keys(const Orientation& orientation) {
   const std::array<int, 4>& m = orientation.matrix;
   const bool exchanged = m[0] == 0;

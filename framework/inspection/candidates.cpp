@@ -12,8 +12,8 @@ namespace {
 using Numbers = std::vector<double>;
 using Setting = std::function<Assumption(const Numbers&)>;
 
-/// Fits up to two numbers of an assumption by Gauss and Newton's method with shortened steps.
-/// @param steps for the derivatives
+/// Fits up to two parameters of an assumption by the Gauss-Newton method with step halving.
+/// @param steps increments for numerical derivatives
 Numbers fitted(const FlatnessTest& test, const Setting& set, Numbers at, const Numbers& steps) {
   Flatness now = test(set(at));
   for (int iteration = 0; iteration < 12; ++iteration) {

@@ -1,25 +1,25 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Assumptions under which the planes of a recording become flat, in the order of how well they explain it.
+/// @file Assumptions under which the planes of a recording become flat, sorted by misfit.
 #pragma once
 
 #include "inspection/flatness.hpp"
 
 namespace tofgraph::inspection {
 
-/// An assumption that differs from what is stated.
+/// Assumption that differs from the stated one.
 struct Candidate {
   std::string kind;      ///< channel, lens_sign, lens_missing, lens_superfluous, orientation, focal_length, zero_offset
-  std::string question;  ///< that it answers: channel, lens, orientation, focal_length, zero_offset
+  std::string question;  ///< question it answers: channel, lens, orientation, focal_length, zero_offset
   Assumption assumption;
   Flatness flatness;
-  std::size_t parameters = 0;  ///< that were fitted
+  std::size_t parameters = 0;  ///< number of fitted parameters
 
-  /// Lower is better: misfit and what each fitted number costs.
+  /// Chi-square plus 10 per fitted parameter; lower is better.
   double score() const { return flatness.chi2 + 10 * static_cast<double>(parameters); }
 };
 
-/// All candidates, the best first; of equals the simplest first.
+/// All candidates, best first; simplest first among equals.
 std::vector<Candidate> candidates_of(const FlatnessTest& test, double scale);
 
 }  // namespace tofgraph::inspection

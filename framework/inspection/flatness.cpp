@@ -13,10 +13,10 @@
 namespace tofgraph::inspection {
 namespace {
 
-constexpr double tolerance = 0.0004;  ///< of a length: what cameras leave after calibration
-constexpr double no_ray = 0.05;       ///< relative deviation of a block that the assumption leaves without a ray
+constexpr double tolerance = 0.0004;  ///< relative: usual error of the length after calibration
+constexpr double no_ray = 0.05;       ///< relative deviation assigned to a block without a ray
 
-/// n with n . u = 1 / r for all points of a plane, by least squares.
+/// Least-squares fit of a plane: n with n . u = 1 / r for points at ranges r along rays u.
 class PlaneFit {
  public:
   void add(physics::Vector3 u, double range, double noise) {
@@ -48,7 +48,7 @@ FlatnessTest::FlatnessTest(const Observation& observation, Surfaces surfaces)
     : observation_(observation), surfaces_(std::move(surfaces)) {
   try {
     geometry_ = physics::geometry_of(observation.camera->view());
-  } catch (const std::invalid_argument&) {  // then distances count as ranges
+  } catch (const std::invalid_argument&) {  // distances are then treated as ranges
   }
 }
 
@@ -117,7 +117,7 @@ Flatness FlatnessTest::operator()(const Assumption& assumption) const {
     double rest = no_ray * length;
     if (std::isfinite(points[i].range)) {
       const double n_u = physics::dot(normals[block.surface], points[i].ray);
-      const double found = points[i].range * (points[i].range * n_u - 1);  // to first order range minus plane
+      const double found = points[i].range * (points[i].range * n_u - 1);  // plane minus range, to first order
       rest = std::isfinite(found) ? std::clamp(-found, -length, length) : rest;
     }
     result.rest.push_back(rest);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Flatness of the surfaces of a recording under an assumption about how it was made. The right assumption makes
-/// planes flat: the lengths are ranges, the image is mirrored, the lens has another distortion.
+/// Flatness of the surfaces of a recording under an assumption, e.g. the lengths are ranges, the image is mirrored,
+/// the lens has another distortion. Under the right assumption planes are flat.
 #pragma once
 
 #include "inspection/surfaces.hpp"
@@ -17,31 +17,31 @@
 
 namespace tofgraph::inspection {
 
-/// Orientation of the images, in the terms of the stage `orient` that corrects it: mirrored, then turned clockwise.
+/// Orientation of the images, as in the stage `orient` that corrects it: mirrored, then turned clockwise.
 struct Orientation {
   const char* mirror = "none";
   int turn = 0;                              ///< deg
-  std::array<int, 4> matrix = {1, 0, 0, 1};  ///< of pixel coordinates about the middle of the image
+  std::array<int, 4> matrix = {1, 0, 0, 1};  ///< acts on pixel coordinates relative to the image centre
 };
 
-/// An assumption about a recording; the default is what is stated.
+/// Assumption about a recording; the defaults change nothing.
 struct Assumption {
-  std::string channel;  ///< of the lengths: depth, range or distance
-  double scale = 1;     ///< of the lengths
+  std::string channel;  ///< type of the lengths: depth, range or distance
+  double scale = 1;     ///< factor of the lengths
   double offset = 0;    ///< m, subtracted from the lengths
   Orientation orientation;
-  std::array<double, 5> distortion = {};  ///< k1 k2 p1 p2 k3; the further coefficients stay those of the camera
-  bool further = true;                    ///< false: without these
-  double focal_scale = 1;                 ///< of the focal length
+  std::array<double, 5> distortion = {};  ///< k1 k2 p1 p2 k3; further coefficients are those of the camera
+  bool further = true;                    ///< false: no further coefficients
+  double focal_scale = 1;                 ///< factor of the focal length
 };
 
 /// Deviation of the surfaces from planes.
 struct Flatness {
-  double rms = 0;                   ///< m, without the noise; weighted by the blocks' number
-  double chi2 = 0;                  ///< with the noise and a tolerance of 0.04 % of the length
-  std::size_t count = 0;            ///< blocks
-  std::vector<double> rest;         ///< of each block, m
-  std::vector<double> surface_rms;  ///< of each surface, relative to its length
+  double rms = 0;                   ///< m, over all blocks; the noise variance is subtracted
+  double chi2 = 0;                  ///< variance: noise, and tolerance of 0.04 % of the length
+  std::size_t count = 0;            ///< number of blocks
+  std::vector<double> rest;         ///< deviation of each block, m
+  std::vector<double> surface_rms;  ///< RMS of each surface, relative to its mean length
 };
 
 class FlatnessTest {
@@ -49,17 +49,17 @@ class FlatnessTest {
   FlatnessTest(const Observation& observation, Surfaces surfaces);
 
   const Surfaces& surfaces() const { return surfaces_; }
-  /// The assumption that the profile and the recording state.
+  /// Assumption stated by the profile and the recording.
   Assumption stated() const;
-  /// Returns whether the camera's sources are known, which `distance` needs.
+  /// Returns true if the light sources of the camera are known, which `distance` requires.
   bool knows_sources() const { return geometry_.has_value(); }
   bool is_square() const { return observation_.width == observation_.height; }
-  /// Returns whether the camera's lens has coefficients beyond the five of `distortion`.
+  /// Returns true if the lens of the camera has coefficients beyond the five of `distortion`.
   bool has_further() const;
-  /// Returns whether the camera's lens is OpenCV's perspective model, whose coefficients can be questioned.
+  /// Returns true if the lens has OpenCV's perspective model, the only one whose coefficients are tested.
   bool is_perspective() const;
   Flatness operator()(const Assumption& assumption) const;
-  /// Keeps the surfaces for which `keep` is set.
+  /// Removes the surfaces for which `keep` is false.
   void keep(const std::vector<bool>& keep);
 
  private:
@@ -72,7 +72,7 @@ class FlatnessTest {
   std::optional<physics::Geometry> geometry_;
 };
 
-/// All orientations that fit the size of the image, without that which changes nothing.
+/// All orientations compatible with the image size, except the identity.
 std::vector<Orientation> other_orientations(bool square);
 
 }  // namespace tofgraph::inspection

@@ -19,11 +19,11 @@
 namespace tofgraph::inspection {
 namespace {
 
-constexpr double min_gain = 25;           ///< of chi-square, of an assumption over what is stated
-constexpr double min_explained = 0.5;     ///< share of the mean square deviation
-constexpr double min_deviation = 0.0006;  ///< of the length: walls are seldom flatter
-constexpr double max_unevenness = 0.01;   ///< of a plane under the best assumption, relative
-constexpr std::size_t max_listed = 3;     ///< assumptions of different kinds
+constexpr double min_gain = 25;           ///< decrease of chi-square relative to the stated assumption
+constexpr double min_explained = 0.5;     ///< explained share of the mean square deviation
+constexpr double min_deviation = 0.0006;  ///< relative to the length: walls are seldom flatter
+constexpr double max_unevenness = 0.01;   ///< RMS of a plane under the best assumption, relative
+constexpr std::size_t max_listed = 3;     ///< assumptions of different kinds that are listed
 
 double median_length(const Observation& o) {
   std::vector<double> lengths;
@@ -37,7 +37,7 @@ double median_length(const Observation& o) {
 
 std::string millimetres(double length) { return fmt::format("{:.3g} mm", 1e3 * length); }
 
-/// Factor by which the lengths seem to be wrong: 1, 1000 or 0.001.
+/// Adds a finding if the unit seems wrong. @returns the factor that corrects the lengths: 1, 1000 or 0.001
 double add_unit(Inspection& result) {
   const Observation& o = result.observation;
   const double median = median_length(o);
@@ -65,7 +65,7 @@ std::string distortion_text(const Candidate& candidate) {
   return fmt::format("distortion: [{:.4g}]", fmt::join(candidate.assumption.distortion, ", "));
 }
 
-/// Sentence and line of YAML of an assumption.
+/// Text and line of YAML of an assumption.
 std::pair<std::string, std::string> words_of(const Candidate& c, const Observation& o) {
   const Assumption& a = c.assumption;
   if (c.kind == "channel") return {fmt::format("the lengths are {}, not {}", a.channel, o.channel), "as: " + a.channel};
@@ -91,7 +91,7 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
 }
 
-/// Surfaces that some assumption makes flat; spheres and the like are left out.
+/// Keeps the surfaces that are flat under some assumption, e.g. no spheres. @returns true if any was removed
 bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
   std::vector<double> least = stated.surface_rms;
   for (const Candidate& c : candidates) {
@@ -104,7 +104,7 @@ bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<C
   return !all;
 }
 
-/// Questions whose other answers would leave these planes as flat as they are.
+/// Adds the questions for which other answers leave the planes equally flat.
 void add_undecided(const std::vector<Candidate>& candidates, const Flatness& reference, Inspection& result,
                    const std::string& answered) {
   static constexpr std::pair<const char*, const char*> questions[] = {

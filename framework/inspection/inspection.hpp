@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Errors of a recording, found from the recording alone: wrong unit, range taken for depth, a wrong lens, images that
-/// are mirrored, turned or in another order. Each finding is a candidate with its evidence.
+/// Errors of a recording, found from the recording alone: wrong unit, range taken for depth, wrong lens, images that
+/// are mirrored, turned or in another order. Each finding is a possible error with its evidence.
 #pragma once
 
 #include "inspection/candidates.hpp"
@@ -16,11 +16,11 @@
 namespace tofgraph::inspection {
 
 struct Finding {
-  std::string kind;      ///< exposures, unit, channel, lens_sign, .., bad_pixels, stripes, amplitude, saturated, ..
-  std::string text;      ///< a sentence
-  std::string evidence;  ///< with figures
-  std::string mend;      ///< the line of YAML, or what to do
-  double size = 0;       ///< m; NaN: no length
+  std::string kind;      ///< exposures, unit, channel, lens_sign, ..., bad_pixels, stripes, amplitude, saturated, ...
+  std::string text;      ///< one sentence
+  std::string evidence;  ///< text with numbers
+  std::string mend;      ///< line of YAML, or advice
+  double size = 0;       ///< m; NaN: not a length
   double explained = 0;  ///< share of the deviation from planes, 0 to 1; NaN: does not apply
 };
 
@@ -28,27 +28,27 @@ struct Finding {
 struct Inspection {
   std::string name;
   Observation observation;
-  std::vector<Finding> findings;       ///< the most likely first
-  std::vector<std::string> undecided;  ///< questions that this scene cannot answer
+  std::vector<Finding> findings;       ///< most likely first
+  std::vector<std::string> undecided;  ///< questions that this recording cannot answer
   std::vector<std::string> facts;
   Surfaces surfaces;
-  std::vector<double> stated_rest, best_rest;  ///< of each block from its plane, m; best: empty without a finding
-  std::string best;                            ///< kind of the finding of best_rest
+  std::vector<double> stated_rest, best_rest;  ///< deviation of each block from its plane, m; best: may be empty
+  std::string best;                            ///< kind of the finding that belongs to best_rest
 };
 
-/// @param camera null: that of the capture's profile @throws std::runtime_error what keeps it from being inspected
+/// @param camera null: that of the capture's profile @throws std::runtime_error if the capture cannot be inspected
 Inspection inspect(const io::CaptureReader& capture, const io::CameraPtr& camera, const std::string& name);
 
-/// Findings about single pixels: bad ones, stripes, distance that depends on the amplitude, saturation.
+/// Adds findings about pixels: bad pixels, stripes, distance that depends on the amplitude, saturation.
 void add_pixel_findings(Inspection& inspection);
 
-/// Finding that the recorded amplitude is mirrored or turned against the lengths. (amplitude_orientation.cpp)
+/// Adds a finding if the amplitude is mirrored or turned relative to the lengths (amplitude_orientation.cpp).
 void add_amplitude_orientation(Inspection& inspection);
 
-/// For people.
+/// Plain text of the findings.
 std::string text_of(const Inspection& inspection);
 nlohmann::json json_of(const Inspection& inspection);
-/// A page (HTML) with the findings and maps of the deviation from planes. @throws std::runtime_error
+/// Writes an HTML page with the findings and maps of the deviation from planes. @throws std::runtime_error
 void write_page(const Inspection& inspection, const std::filesystem::path& file);
 
 }  // namespace tofgraph::inspection

@@ -24,7 +24,7 @@ std::string headline(const Inspection& inspection) {
                      o.camera->view().name);
 }
 
-/// Deviation of the blocks from planes, by their place in the image.
+/// Map of the deviations of the blocks from planes over the image, mm.
 std::string map_of(const Inspection& inspection, const std::vector<double>& rest, const std::string& title) {
   const Surfaces& s = inspection.surfaces;
   report::FieldMap map{.title = title, .unit = "mm"};

@@ -19,7 +19,7 @@
 namespace tofgraph::inspection {
 namespace {
 
-/// A channel of a frame as numbers.
+/// Values of a channel of one frame, converted to double.
 std::vector<double> numbers_of(const io::CaptureReader& capture, std::size_t channel, std::size_t frame) {
   const io::CaptureChannel& about = capture.channels()[channel];
   std::vector<std::uint8_t> bytes(about.bytes());
@@ -62,7 +62,7 @@ std::vector<double> samples_of(const io::CaptureReader& capture, std::size_t cha
   return samples;
 }
 
-/// Pixels all over the image with their right neighbours, where there is light.
+/// Illuminated pixels all over the image, each with its right neighbour.
 io::OrderSamples order_samples(const std::vector<double>& samples, const Observation& o, double noise) {
   constexpr std::size_t parts = 6, wanted = 40;  // in each direction
   const std::size_t n = o.pixels(), images = samples.size() / n;
@@ -98,7 +98,7 @@ struct Moments {
   }
 };
 
-/// Channels of a capture by name.
+/// Indices of the channels of a capture by name.
 std::map<std::string, std::size_t> index_of(const io::CaptureReader& capture) {
   std::map<std::string, std::size_t> index;
   for (std::size_t i = 0; i < capture.channels().size(); ++i) {
@@ -150,7 +150,7 @@ class Frames {
   }
   void set_order(const physics::Exposures& exposures) { o_.exposures = exposures_ = exposures; }
 
-  /// Lengths and amplitudes of a frame.
+  /// Lengths of one frame, m. @param amplitude set to its amplitudes if recorded
   std::vector<double> lengths(std::size_t frame, std::vector<double>& amplitude) const {
     const std::size_t n = o_.pixels();
     std::vector<double> values;

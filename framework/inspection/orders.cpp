@@ -17,20 +17,20 @@ namespace tofgraph::inspection {
 namespace {
 
 constexpr std::size_t frames_of_reading = 4;
-constexpr double min_order_gain = 25;           ///< of chi-square, of one order over another
+constexpr double min_order_gain = 25;           ///< difference of chi-square between orders
 constexpr double min_order_explained = 0.9;     ///< share of the mean square deviation that another order explains
-constexpr double min_order_deviation = 0.0006;  ///< of the length: walls are seldom flatter
-constexpr double min_order_cover = 0.5;         ///< pixels in planes over those of the order with the most
+constexpr double min_order_deviation = 0.0006;  ///< relative to the length: walls are seldom flatter
+constexpr double min_order_cover = 0.5;         ///< pixels in planes, relative to the order with the most
 
-/// The recording decoded with one order.
+/// Recording decoded with one order.
 struct Reading {
   physics::Exposures exposures;
   double length = 0;   ///< m, median
-  double covered = 0;  ///< pixels in planes; the size of the blocks depends on the length
+  double covered = 0;  ///< number of pixels in planes; the block size depends on the length
   Flatness flatness;
 
   double count() const { return static_cast<double>(flatness.count); }
-  /// Misfit of a block, 1 for planes with the expected noise.
+  /// Mean chi-square of a block; 1 for planes with the expected noise.
   double misfit() const { return flatness.chi2 / std::max(count(), 1.0); }
 };
 
@@ -44,14 +44,14 @@ Reading reading_of(const io::CaptureReader& capture, const Observation& decoded,
           test(test.stated())};
 }
 
-/// Readings under which the planes are about as flat as under the best one; all of them where there are no planes.
+/// Readings under which planes are about as flat as under the best one; all readings if there are no planes.
 std::vector<Reading> flat_readings(const std::vector<Reading>& readings) {
   double most = 0, least = 1e9;
   for (const Reading& r : readings) most = std::max(most, r.covered);
   if (most == 0) return readings;
   const auto judged = [most](const Reading& r) { return r.covered >= min_order_cover * most; };
   for (const Reading& r : readings)
-    if (judged(r)) least = std::min(least, std::max(r.misfit(), 1.0));  // below 1 there is only tolerance
+    if (judged(r)) least = std::min(least, std::max(r.misfit(), 1.0));  // below 1: within the tolerance
   std::vector<Reading> flat;
   std::ranges::copy_if(readings, std::back_inserter(flat), [&](const Reading& r) {
     return judged(r) &&
@@ -64,7 +64,7 @@ bool same(const physics::Exposures& a, const physics::Exposures& b) {
   return io::exposures_yaml(a) == io::exposures_yaml(b);
 }
 
-/// Returns whether two images were exchanged, or the taps, and nothing else.
+/// Returns true if only two images or the taps were exchanged.
 bool is_simple(const physics::Exposures& order, const physics::Exposures& stated) {
   return std::abs(std::sin(order[0].phase - stated[0].phase)) < 1e-6;
 }
@@ -87,7 +87,7 @@ void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
       lines_of(flat, result.observation.stated)));
 }
 
-/// The stated order is wrong: by the samples, or by their light.
+/// Adds the finding that samples or light contradict the stated order. @returns true if exactly one order remains
 bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat) {
   const auto& other = *result.observation.other_order;
   Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
@@ -109,7 +109,7 @@ bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const
   return flat.size() == 1;
 }
 
-/// The stated order fits the samples. Another one may be the only one that keeps planes flat.
+/// Adds a finding if the stated order fits the samples but only one other order keeps planes flat.
 void add_flatter_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat,
                        const Reading& stated) {
   const bool stated_fits =
@@ -145,7 +145,7 @@ bool add_order(Inspection& result, const io::CaptureReader& capture) {
   if (!planes && o.other_order && o.other_order->exposures.empty()) flat.clear();
   const auto is_stated = [&o](const Reading& r) { return same(r.exposures, o.stated); };
   if (o.other_order && !(planes && std::ranges::any_of(flat, is_stated))) return add_wrong_order(result, capture, flat);
-  if (o.other_order) {  // a lamp that is weaker towards the corners of the image
+  if (o.other_order) {  // only the light contradicts it: the lamp may be weaker towards the image corners
     const Reading stated = *std::ranges::find_if(flat, is_stated);
     result.observation = observe(capture, o.camera, 32, &stated.exposures);
     add_flatter_order(result, capture, flat, stated);

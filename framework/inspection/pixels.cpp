@@ -17,18 +17,18 @@ namespace tofgraph::inspection {
 namespace {
 
 constexpr std::size_t min_frames_of_still = 8;
-constexpr double max_still = 0.002;     ///< share of the pixels: more of them are a matter of rounding
+constexpr double max_still = 0.002;     ///< share of constant pixels; beyond it, they are attributed to rounding
 constexpr std::size_t min_bad = 3;      ///< pixels
 constexpr double min_significance = 6;  ///< standard errors
 constexpr double min_walk = 0.001;      ///< m per factor 2 of the amplitude
 constexpr double min_contrast = 0.03;   ///< standard deviation of log(amplitude) within blocks
-constexpr double notable_share = 0.01;  ///< of the pixels
+constexpr double notable_share = 0.01;  ///< share of the pixels
 
 Finding finding(std::string kind, std::string text, std::string evidence, std::string mend, double size) {
   return {std::move(kind), std::move(text), std::move(evidence), std::move(mend), size, io::unknown};
 }
 
-/// True where none of the eight neighbours is within `limit`: pixels of an edge have a neighbour on their own side.
+/// Returns true if all eight neighbours differ by `limit` or more. Edge pixels have neighbours on their own side.
 bool differs_from_all(const Observation& o, std::size_t i, double limit) {
   for (const std::size_t row : {i - o.width, i, i + o.width}) {
     for (const std::size_t at : {row - 1, row, row + 1})
@@ -37,7 +37,7 @@ bool differs_from_all(const Observation& o, std::size_t i, double limit) {
   return true;
 }
 
-/// Pixels that differ from their surface in the mean frame, never change, or never have a value among others that do.
+/// Adds pixels that differ from their surface, never change, or have no value although their neighbours do.
 void add_bad_pixels(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
@@ -61,7 +61,7 @@ void add_bad_pixels(Inspection& result) {
       still += alone && o.deviation[i] == 0 && o.deviation[i - 1] > 0 && o.deviation[i + 1] > 0 ? 1 : 0;
     }
   }
-  // Rounded values stand still by chance.
+  // Rounded values may be constant by chance.
   if (o.frames < min_frames_of_still || static_cast<double>(all_still) > max_still * static_cast<double>(o.pixels()))
     still = 0;
   if (wild + still + dead < min_bad) return;
@@ -72,7 +72,7 @@ void add_bad_pixels(Inspection& result) {
       "bad_pixels: MAP, made by tofgraph calibrate noise", size));
 }
 
-/// Rows or columns that differ from their neighbours by more than noise does.
+/// Adds rows or columns whose means scatter about the surface by more than the noise.
 void add_stripes(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
@@ -93,7 +93,7 @@ void add_stripes(Inspection& result) {
       excess += sum / count * (sum / count) - s.pixel_noise * s.pixel_noise / count;
     }
     const double size = judged > 0 ? std::sqrt(std::max(excess / judged, 0.0)) : 0;
-    // The noise may not be known, NaN: then nothing can be said.
+    // If the noise is unknown (NaN), no finding is possible.
     if (judged < 20 || !(size >= 0.3 * s.pixel_noise && size >= 0.0005)) continue;
     result.findings.push_back(finding(
         "stripes", fmt::format("{} differ from each other", rows ? "rows" : "columns"),
@@ -119,7 +119,7 @@ void add_block(const Observation& o, const Surfaces& s, const Block& block, phys
   if (pixels.size() >= s.side * s.side - 3) sums.add(physics::walk_in_block(pixels));
 }
 
-/// Distance that depends on the amplitude within small parts of surfaces.
+/// Adds distance that depends on the amplitude within blocks of surfaces.
 void add_walk(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
@@ -154,7 +154,7 @@ void add_shares(Inspection& result) {
                   percent(shares.low_signal), percent(shares.no_ray)));
 }
 
-/// log(noise) against log(amplitude): -0.5 for shot noise, -1 for read noise.
+/// Adds the noise and its exponent of the amplitude: -0.5 for shot noise, -1 for read noise.
 void add_noise(Inspection& result) {
   const Observation& o = result.observation;
   double n = 0, x1 = 0, y1 = 0, xx = 0, xy = 0;
@@ -175,7 +175,7 @@ void add_noise(Inspection& result) {
   std::ranges::nth_element(deviations, middle);
   std::string text = fmt::format("noise of a pixel over time {:.3g} mm (median)", 1e3 * *middle);
   const double spread = n > 0 ? xx / n - x1 / n * (x1 / n) : 0;
-  if (spread > 0.09) {  // a factor of 1.35 at least
+  if (spread > 0.09) {  // variance of log(amplitude): standard deviation of a factor of at least 1.35
     const double slope = (xy / n - x1 / n * (y1 / n)) / spread;
     const char* kind = slope < -0.85 ? "read noise" : slope < -0.3 ? "shot noise" : "neither shot nor read noise";
     text += fmt::format(", proportional to amplitude^{:.2f}: {}", slope, kind);

@@ -13,12 +13,12 @@
 namespace tofgraph::inspection {
 namespace {
 
-constexpr double max_crease = 0.12;       ///< change of slope from one block to the next that does not count as an edge
-constexpr double max_slope_noise = 0.03;  ///< decides the size of the blocks
+constexpr double max_crease = 0.12;       ///< change of slope between blocks; beyond it, the surface ends
+constexpr double max_slope_noise = 0.03;  ///< determines the block size
 constexpr double max_step = 0.002;        ///< between blocks, relative
 constexpr double max_curvature = 0.0005;  ///< within a block, relative
-constexpr std::size_t max_wild = 3;       ///< pixels of a block that do not count
-constexpr std::size_t min_blocks = 12;    ///< of a surface
+constexpr std::size_t max_wild = 3;       ///< ignored outliers per block
+constexpr std::size_t min_blocks = 12;    ///< per surface
 constexpr std::size_t sides[] = {7, 9, 11, 15, 19};
 
 double median_of(std::vector<double> values) {
@@ -28,7 +28,7 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// Standard deviation of pixels, from second differences along rows and columns, the larger one: slopes do not count.
+/// Standard deviation of pixels from second differences, which cancel slopes; the larger one of rows and columns.
 double noise_within(const Observation& o, std::size_t left, std::size_t top, std::size_t width, std::size_t height,
                     std::size_t step = 1) {
   double noise = 0;
@@ -47,14 +47,14 @@ double noise_within(const Observation& o, std::size_t left, std::size_t top, std
   return noise;
 }
 
-/// 1 / length as an affine function of the pixel, by least squares: exact for planes seen by a pinhole.
+/// Least-squares fit of 1 / length by an affine function of the pixel: exact for planes seen by a pinhole camera.
 struct InverseFit {
   double middle = 0, x = 0, y = 0;
   std::size_t count = 0;
   double length_at(double u, double v) const { return 1 / (middle + x * u + y * v); }
 };
 
-/// @param left_out pixels of this block that do not count
+/// @param left_out pixels of this block to ignore
 std::optional<InverseFit> fit_block(const Observation& o, std::size_t column, std::size_t row, std::size_t side,
                                     const std::vector<bool>& left_out) {
   const std::size_t middle = side / 2;
@@ -81,7 +81,7 @@ std::optional<InverseFit> fit_block(const Observation& o, std::size_t column, st
   return fit;
 }
 
-/// Sets of blocks that belong together.
+/// Disjoint sets of connected blocks.
 class Unions {
  public:
   explicit Unions(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
@@ -95,7 +95,7 @@ class Unions {
   std::vector<std::size_t> parent_;
 };
 
-/// The blocks of one size.
+/// Grid of blocks of one size.
 class Grid {
  public:
   Grid(const Observation& o, std::size_t side)
@@ -145,7 +145,7 @@ class Grid {
     std::vector<double> rests(left_out.size(), io::unknown);
     std::optional<InverseFit> fit;
     double square = 0;
-    for (std::size_t dropped = 0; dropped <= max_wild; ++dropped) {  // wild pixels are left out, the worst first
+    for (std::size_t dropped = 0; dropped <= max_wild; ++dropped) {  // removes outliers, worst first
       fit = fit_block(o_, column, row, side_, left_out);
       if (!fit || !std::isfinite(noise)) return std::nullopt;
       square = 0;
@@ -175,7 +175,7 @@ class Grid {
     return block;
   }
 
-  /// True where two neighbours are parts of one smooth surface.
+  /// Returns true if two neighbouring blocks belong to one smooth surface.
   bool continues(std::size_t i, std::size_t j, bool along_row) const {
     if (!blocks_[i] || !blocks_[j]) return false;
     const Block &a = *blocks_[i], &b = *blocks_[j];

@@ -206,7 +206,7 @@ std::string joining_problem(const Campaign& all, const Campaign& member) {
 
 /// Reads and concatenates the conditions of other campaigns. Their ids are prefixed with the file name, which is also
 /// the session of conditions that state none, because the setup may have moved between campaigns. If each states a
-/// jitter, the largest applies to all.
+/// jitter, the largest one applies to all.
 void read_members(const config::Value& list, Campaign& campaign, Captures captures, config::Diagnostics& diagnostics) {
   if (!list.is_list() || list.items.empty())
     return diagnostics.error(

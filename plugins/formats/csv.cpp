@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// An image as a table of numbers: one line per row.
+// Images as tables of numbers, one line per row.
 #include <tofgraph/format.hpp>
 
 #include <charconv>
@@ -12,8 +12,8 @@
 
 namespace tofgraph {
 
-/// Numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines that begin
-/// with # are comments.
+/// Table of numbers separated by commas, semicolons, tabs or blanks; empty cells, nan and inf mean no value. Lines
+/// that begin with # are comments.
 struct Csv final : FileFormat {
   static constexpr const char* endings = "csv txt";
   static bool recognises(std::span<const std::uint8_t> head) {

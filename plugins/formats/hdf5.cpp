@@ -9,7 +9,7 @@
 
 namespace tofgraph {
 
-/// Datasets of numbers, under their paths in the file: `camera/depth`.
+/// Numeric datasets, named by their paths in the file: `camera/depth`.
 struct Hdf5File final : FileFormat {
   static constexpr const char* endings = "h5, hdf5";
   static bool recognises(std::span<const std::uint8_t> head) {

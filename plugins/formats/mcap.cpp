@@ -17,7 +17,7 @@ struct Mcap final : ros::RosFile {
     return head.size() >= 8 && std::equal(std::begin(magic), std::end(magic), head.begin());
   }
 
-  /// A recording without an end, e.g. of a killed recorder, is read as far as its records are complete.
+  /// Opens a recording. If its end is missing, e.g. because the recorder was killed, complete records are read.
   explicit Mcap(const std::string& path) : file_(path) {
     std::uint64_t at = sizeof magic;
     std::vector<std::uint8_t> head;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Arrays of NumPy as arrays of a file format.
+/// @file NumPy arrays as arrays of a file format.
 #pragma once
 
 #include <tofgraph/format.hpp>

@@ -11,7 +11,7 @@
 
 namespace tofgraph {
 
-/// Members whose names end in .npy are arrays; others are ignored, as are those whose elements are not numbers. Members
+/// Archive whose members *.npy are arrays; others are ignored, as are those whose elements are not numbers. Members
 /// are decompressed only as far as they are read: an archive that announces more than it contains costs nothing.
 struct Npz final : FileFormat {
   static constexpr const char* endings = "npz";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds in the Stanford format: text and binary, either byte order. PCL's own reader ends the program on some
+// Point clouds in the Stanford format: text and binary, either byte order. PCL's own reader terminates on some
 // damaged files.
 #include "plugins/formats/cloud_arrays.hpp"
 

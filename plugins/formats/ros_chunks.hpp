@@ -67,7 +67,7 @@ class PlacedFile {
     size_ = static_cast<std::uint64_t>(in_.tellg());
   }
   std::uint64_t size() const { return size_; }
-  /// @throws std::runtime_error if the file ends before
+  /// @throws std::runtime_error if the file is too short
   void read(std::uint64_t at, std::uint64_t count, std::vector<std::uint8_t>& out) {
     if (at > size_ || count > size_ - at) throw std::runtime_error("ends within a record: it was cut off");
     out.resize(count);

@@ -46,7 +46,7 @@ class RosFile : public FileFormat {
   /// Bytes of a chunk, valid until the next call.
   virtual Bytes chunk(std::uint64_t key) = 0;
 
-  /// @param time of the recording, ns, for messages without a stamp
+  /// @param time recording time, ns, for messages without a time stamp
   void note(const std::string& name, const std::string& type, bool cdr, const Place& place, Bytes bytes,
             std::int64_t time) {
     Topic& topic = topics_[name];

@@ -49,8 +49,8 @@ TEST(HiddenPairs, OneEffectMayStandForSeveralThatWereFound) {
   }
 }
 
-/// Until the rail's scale is found, its error looks like scatter of the boards. A map that is estimated again assumes
-/// the usual scatter: with it, fits of further effects ended worse than the model without them.
+/// Before `rail_scale` is selected, its error looks like scatter of the boards. A map that is estimated again assumes
+/// the usual scatter; with this map, fits of further effects ended worse than the model without them.
 TEST(HiddenPairs, AMapEstimatedAnewIsNeverWorse) {
   const nlohmann::json report = report_of({"pixel_response", "rail_scale"}, 1, "", {.design = "small"}).json;
   EXPECT_EQ(names_in(report), (Names{"pixel_response", "rail_scale"})) << report.at("summary");

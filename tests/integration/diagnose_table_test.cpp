@@ -74,7 +74,7 @@ TEST_F(DiagnoseTable, NothingIsNamedWhereThereIsNoiseAlone) {
       << said["summary"];
 }
 
-/// A stated jitter is a prior: the estimate lies between it and the scatter of the data.
+/// A stated jitter is a prior: the estimate lies between its scale and the scatter of the data.
 TEST_F(DiagnoseTable, AStatedJitterIsUsed) {
   make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 0);
   const double unstated = diagnose()["nuisances"]["board_jitter"]["value"];

@@ -107,7 +107,7 @@ class InspectedRecording {
     writer.finish();
   }
 
-  /// True: the amplitude image is rotated by 180 deg relative to the lengths.
+  /// Rotates the amplitude image by 180 deg relative to the lengths.
   bool turned_amplitude = false;
   bool patches = true;  ///< areas of different reflectivity
   double falloff = 0;   ///< the lamp's intensity is cos^falloff of the angle from the axis

@@ -26,7 +26,7 @@ struct Errors {
   Observations seen;
 
   double rms() const { return std::sqrt(squares / corners / 2); }
-  double bias() const {  ///< of the worst ring with at least 20 corners
+  double bias() const {  ///< mean radial error in the worst ring with at least 20 corners, px
     double worst = 0;
     for (std::size_t ring = 0; ring < count.size(); ++ring)
       if (count[ring] >= 20) worst = std::max(worst, std::abs(outward[ring] / count[ring]));

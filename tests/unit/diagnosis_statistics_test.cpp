@@ -195,9 +195,9 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
   EXPECT_NEAR(found.random_sd.jitter, std::sqrt(square - 1e-4), 2e-4);
 }
 
-/// The same with 14 conditions whose mean square is 36 times that of a stated jitter: the most likely standard
-/// deviation under its half-normal prior is a root of a quadratic equation in its square, since the rows have no other
-/// noise.
+/// The same with 14 conditions whose mean square is 36 times that of a stated jitter. Since the rows have no other
+/// noise, the most likely standard deviation under the half-normal prior follows from a quadratic equation in its
+/// square.
 TEST(MixedModel, AStatedJitterIsThePriorOfThatBetweenConditions) {
   constexpr double stated = 5e-5, seen = 3e-4, conditions = 14;
   std::vector<Gram> grams;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t max_objects = 4096;
 constexpr int max_array_rank = 5;
-constexpr double max_slice = 2147483648.0;  // bytes, of one element of the slowest axis
+constexpr double max_slice = 2147483648.0;  // bytes per element of the slowest axis
 
 /// Paths of the datasets stored in the file itself.
 std::vector<std::string> paths_in(hid_t file) {

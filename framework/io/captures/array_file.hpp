@@ -23,7 +23,7 @@ class ArrayFile {
   ArrayFile& operator=(const ArrayFile&) = delete;
 
   const std::vector<FileArray>& arrays() const;
-  /// Elements first .. first + count - 1 of an array's slowest axis, in the byte order of this machine.
+  /// Reads elements first .. first + count - 1 along the slowest axis of an array, in native byte order.
   /// @throws std::runtime_error
   void read(std::size_t array, std::uint64_t first, std::uint64_t count, void* out) const;
   /// Reads a file on trial in a separate process, whose memory and processor time are limited from then on.

@@ -47,7 +47,7 @@ class Dataset {
   std::string text() const;
   void read_first(std::size_t frames, hid_t memory, void* data) const;
   void read_frame(std::size_t frame, hid_t memory, void* data) const;
-  /// Elements first .. first + count - 1 of the slowest axis. @throws std::runtime_error
+  /// Reads elements first .. first + count - 1 along the slowest axis. @throws std::runtime_error
   void read_range(std::uint64_t first, std::uint64_t count, hid_t memory, void* data) const;
   hid_t type() const { return type_; }
   hid_t id() const { return dataset_; }
