@@ -238,8 +238,8 @@ class HeaderCheck {
     const auto images = static_cast<Offset>(a.shape[0]);
     const Offset frame_header = static_cast<Offset>(layout_.frame_header) + longer,
                  image_header = static_cast<Offset>(a.image_header) + longer / images;
-    const std::string of_frame = fmt::format("frame_header: {}", frame_header),
-                      of_images = fmt::format("image_header: {} of '{}'", image_header, a.name);
+    const std::string of_frame = fmt::format("frame_header: {}", frame_header);
+    std::string of_images = fmt::format("image_header: {} of '{}'", image_header, a.name);
     const bool images_can = places_.row > 0 && longer % images == 0 && image_header >= 0 && images > 1;
     if (!images_can) return frame_header >= 0 ? of_frame : "a smaller shape or image_header";
     if (frame_header < 0) return of_images;

@@ -65,7 +65,8 @@ double score_of(const Observation& o, const std::vector<std::size_t>& edges, con
   const std::array<int, 4>& m = orientation.matrix;
   double sum = 0, count = 0;
   for (const std::size_t i : edges) {
-    const double x = static_cast<double>(i % o.width) - middle_x, y = static_cast<double>(i / o.width) - middle_y;
+    const std::size_t own_column = i % o.width, own_row = i / o.width;
+    const double x = static_cast<double>(own_column) - middle_x, y = static_cast<double>(own_row) - middle_y;
     const auto column = static_cast<std::size_t>(std::lround(m[0] * x + m[1] * y + middle_x));
     const auto row = static_cast<std::size_t>(std::lround(m[2] * x + m[3] * y + middle_y));
     const double rank = ranks[row * o.width + column];
