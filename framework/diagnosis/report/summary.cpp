@@ -104,7 +104,7 @@ std::string not_known(const Diagnosis& d) {
 
 /// "warm_up of unknown time_constant" if the conditions do not determine a parameter of the rival; else its name.
 std::string text_of(const Rival& rival) {
-  const std::string name = rival.candidate->name();
+  std::string name = rival.candidate->name();
   if (!rival.untold) return name;
   const auto is_it = [&](const Term& term) { return &term.candidate->root() == rival.candidate; };
   const auto term = std::ranges::find_if(rival.state.terms, is_it);
