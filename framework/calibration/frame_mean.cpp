@@ -78,12 +78,13 @@ class Sums {
 
   /// Sets the sums from those of taps or phases of four exposures of all pixels.
   void take(const io::PixelSums& sums) {
-    constexpr std::uint8_t saturated_bit = 2;
     for (std::size_t i = 0; i < window_.size(); ++i) {
       const std::size_t pixel = window_[i];
       for (std::size_t k = 0; k < 4; ++k) samples_[i][k] = sums.sum[4 * pixel + k];
       square_[i] = sums.square[pixel];
-      state_[i] = (sums.bad[pixel] & saturated_bit) != 0 ? saturated : sums.bad[pixel] != 0 ? no_number : good;
+      state_[i] = (sums.bad[pixel] & io::PixelSums::saturated) != 0 ? saturated
+                  : sums.bad[pixel] != 0                            ? no_number
+                                                                    : good;
     }
   }
 

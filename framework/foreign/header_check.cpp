@@ -5,6 +5,7 @@
 #include "foreign/foreign_file.hpp"
 
 #include <fmt/format.h>
+#include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -69,13 +70,6 @@ Places places_of(const Layout& layout) {
     largest.column = static_cast<std::size_t>(std::max(row, column) - axes.begin());
   }
   return largest;
-}
-
-double median_of(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
 }
 
 /// Absolute differences of neighbouring elements if the images begin at an assumed position.
@@ -211,6 +205,7 @@ class HeaderCheck {
         }
       }
     }
+    const auto median_of = [](std::vector<double>& values) { return values.empty() ? 0 : physics::median(values); };
     return {median_of(within), median_of(between)};
   }
   void add(std::vector<double>& changes, Offset first, Offset second) const {

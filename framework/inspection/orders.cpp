@@ -81,8 +81,7 @@ std::string lines_of(const std::vector<Reading>& readings, const physics::Exposu
 void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
   result.undecided.push_back(fmt::format(
       "the order of the raw images: {}; the median length is in brackets. A known distance decides: measure that of "
-      "one "
-      "point, or record the scene again from a known step farther away: lengths must rise by the step, and the "
+      "one point, or record the scene again from a known step farther away: lengths must rise by the step, and the "
       "amplitude must fall",
       lines_of(flat, result.observation.stated)));
 }

@@ -25,7 +25,7 @@ constexpr const char* answers =
     "Enter checks and records; 'look' only checks, 'record' records in any case, 'skip' postpones this condition, "
     "'quit' stops";
 
-/// Returns whether the camera is simulated from the scene that is the plan itself, so that nobody has to set it up.
+/// True if the camera is simulated from the plan's own scene, so that no target has to be set up by hand.
 bool plays_the_plan(const CameraRequest& camera, const Plan& plan) {
   constexpr std::string_view kind = "simulated:";
   std::error_code error;

@@ -18,8 +18,8 @@
 
 namespace tofgraph {
 
-/// Sends the newest frame to each client that waits for one; frames that nobody waits for are not even copied, except
-/// with `hold`, since any may be the last. Several inputs can be viewed side by side. The server listens from prepare()
+/// Sends the newest frame to each client that is ready for one. A frame is copied only if a client is ready, or if `hold`
+/// is set, since any frame may be the last. Several inputs can be viewed side by side. The server listens from prepare()
 /// on, so that a port in use is reported before the first frame, but only if a run follows (not for `check`).
 struct LiveView final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, flags and points"}};

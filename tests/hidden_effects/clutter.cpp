@@ -34,7 +34,7 @@ Smooth draw_warp(double size, std::mt19937_64 random) {
   return {size, std::move(waves)};
 }
 
-/// One board per target, in the order of their names.
+/// Adds a board warp to each view: one smooth field per target, whose seed depends on the target's name.
 void warp_boards(double size, std::uint64_t seed, const std::vector<io::Condition>& conditions,
                  std::vector<View>& views) {
   std::map<std::string, Smooth> warps;

@@ -16,8 +16,6 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-constexpr std::uint8_t no_number = 1, full = 2;
-
 /// Names of FrameSums::Kind, in its order.
 constexpr std::array<const char*, 4> kind_names = {"taps", "phases", "decoded", "distances"};
 
@@ -99,7 +97,7 @@ void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) 
       sum += a + b;
       most = std::max({most, a, b});
     }
-    if (most >= content_.limit) content_.bad[i] |= full;
+    if (most >= content_.limit) content_.bad[i] |= io::PixelSums::saturated;
     add(i, samples, sum / (2 * static_cast<double>(exposures_)));
   }
   ++content_.frames;
@@ -113,7 +111,7 @@ void FrameSums::add_phases(std::span<const float> phases) {
     if (std::ranges::all_of(samples, [](double c) { return std::isfinite(c); }))
       add(i, samples, 0);
     else
-      content_.bad[i] |= no_number;
+      content_.bad[i] |= io::PixelSums::no_number;
   }
   ++content_.frames;
 }
@@ -125,13 +123,14 @@ void FrameSums::add_decoded(std::span<const float> distances, std::span<const fl
     if (std::isfinite(length + strength))
       add(i, physics::samples_of(std::polar(strength, length / metres_per_radian)), 0);
     else
-      content_.bad[i] |= no_number;
+      content_.bad[i] |= io::PixelSums::no_number;
   }
   ++content_.frames;
 }
 
 std::size_t FrameSums::saturated() const {
-  return static_cast<std::size_t>(std::ranges::count_if(content_.bad, [](std::uint8_t b) { return (b & full) != 0; }));
+  return static_cast<std::size_t>(
+      std::ranges::count_if(content_.bad, [](std::uint8_t b) { return (b & io::PixelSums::saturated) != 0; }));
 }
 
 Signal FrameSums::mean(std::size_t i) const {

@@ -138,7 +138,7 @@ bool is_plain(const io::Condition& c) {
   return c.sources.empty() && c.ambient == "dark" && c.rail != "covered" && c.reference != "laser" && c.roll == 0;
 }
 
-/// One condition of each target, a plain one if there is one, from the darkest to the brightest.
+/// A condition for each target, plain if the campaign has such a one, sorted from the darkest to the brightest target.
 std::vector<io::Condition> targets_of(const Problem& problem, std::span<const double> light) {
   std::map<std::string, std::pair<double, std::size_t>> brightness;
   const auto& conditions = problem.design.conditions();

@@ -65,22 +65,10 @@ hid_t memory_type_of(const FileArray& array) {
   }
 }
 
-/// Attribute `unit` or `units`; empty if it is missing or not a text.
-std::string unit_of(hid_t dataset) {
-  for (const char* name : {"unit", "units"}) {
-    try {
-      if (std::string unit = h5::text_attribute(dataset, name); !unit.empty()) return unit;
-    } catch (const std::runtime_error&) {  // not a text
-      H5Eclear2(H5E_DEFAULT);
-    }
-  }
-  return {};
-}
-
-/// Root attribute `format`, as in captures of this program; empty if it is missing or not a text.
-std::string own_format(hid_t file) {
+/// Attribute of a file or dataset; empty if it is missing or not a text.
+std::string text_of(hid_t object, const char* name) {
   try {
-    return h5::text_attribute(file, "format");
+    return h5::text_attribute(object, name);
   } catch (const std::runtime_error&) {
     H5Eclear2(H5E_DEFAULT);
     return {};
@@ -99,7 +87,7 @@ struct ArrayFile::Impl {
     const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     h5::check(H5Pset_file_locking(access, true, true), "file locking");
     file = h5::Handle(h5::check(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), "cannot be opened as HDF5"), H5Fclose);
-    if (own_format(file) == layout::format)
+    if (text_of(file, "format") == layout::format)
       throw std::runtime_error("is a capture of this program already: it is used as it is, without a conversion");
     for (const std::string& name : paths_in(file)) add(name);
     if (arrays.empty()) throw std::runtime_error("has no dataset that is an array of numbers");
@@ -121,7 +109,8 @@ struct ArrayFile::Impl {
     if (slice > max_slice) return;
     array->name = name;
     array->text = "HDF5";
-    array->unit = unit_of(opened);
+    array->unit = text_of(opened, "unit");
+    if (array->unit.empty()) array->unit = text_of(opened, "units");
     std::optional<h5::Dataset> dataset;
     try {
       dataset.emplace(file, name, CaptureReader::not_cut, "has a dataset that cannot be read: ");

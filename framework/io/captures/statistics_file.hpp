@@ -34,7 +34,9 @@ struct PixelSums {
   std::vector<double> sum;        ///< pixels x exposures, of c_k, counts
   std::vector<double> square;     ///< pixels, of c_k^2 over all k, counts^2
   std::vector<double> intensity;  ///< pixels, of the mean of the taps, counts
-  std::vector<std::uint8_t> bad;  ///< pixels: bit 1 no number in a frame, bit 2 saturated in a frame
+  std::vector<std::uint8_t> bad;  ///< pixels: the bits below, each for any of the frames
+
+  static constexpr std::uint8_t no_number = 1, saturated = 2;
 };
 
 struct Statistics {
