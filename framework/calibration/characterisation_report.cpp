@@ -3,7 +3,7 @@
 #include "calibration/characterisation.hpp"
 #include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -61,10 +61,10 @@ class CharacterisationReport {
 
  private:
   std::string draw(const Drawing& drawing) const {
-    report::Curves plot{.title = drawing.title,
-                        .x_label = drawing.x_label,
-                        .y_label = drawing.y_label,
-                        .logarithmic_x = drawing.logarithmic};
+    report::Chart plot{.title = drawing.title,
+                       .x_label = drawing.x_label,
+                       .y_label = drawing.y_label,
+                       .logarithmic_x = drawing.logarithmic};
     const Boards& boards = data_.campaign.boards;
     for (std::size_t target = 0; target < boards.targets.size(); ++target) {
       std::map<double, std::vector<const Characterised*>> levels;
@@ -76,17 +76,16 @@ class CharacterisationReport {
       auto shown = std::ranges::max_element(levels, {}, [](const auto& level) { return level.second.size(); })->second;
       std::ranges::stable_sort(shown, {}, [&](const Characterised* c) { return drawing.x(*c); });
       for (const auto& [name, value] : drawing.values) {
-        report::Curve curve{.name = name_of(boards, target) + (name.empty() ? "" : ", " + name),
-                            .points = name == "measured"};
+        report::Series curve{.name = name_of(boards, target) + (name.empty() ? "" : ", " + name),
+                             .style = name == "measured" ? report::Series::Style::points : report::Series::Style::line};
         for (const Characterised* c : shown) {
           if (!std::isfinite(value(*c))) continue;
-          curve.x.push_back(drawing.x(*c));
-          curve.y.push_back(value(*c));
+          curve.add(drawing.x(*c), value(*c));
         }
-        if (!curve.x.empty()) plot.curves.push_back(curve);
+        if (!curve.marks.empty()) plot.series.push_back(curve);
       }
     }
-    return plot.curves.empty() ? std::string() : report::curves(plot, 560, 340);
+    return plot.series.empty() ? std::string() : report::chart(plot, 560, 340);
   }
 
   void figures(std::vector<std::string> plots, const std::string& caption) {
@@ -178,14 +177,14 @@ class CharacterisationReport {
   std::string map(const std::string& title, std::vector<double> values) const {
     const tofgraph_camera& camera = data_.campaign.conditions.camera->view();
     for (double& v : values) v *= 1e3;
-    return report::heat_map({.title = title,
-                             .unit = "mm",
-                             .rows = camera.height,
-                             .columns = camera.width,
-                             .values = std::move(values),
-                             .x_label = "column, px",
-                             .y_label = "row, px"},
-                            340, 290);
+    return report::field_map({.title = title,
+                              .unit = "mm",
+                              .rows = camera.height,
+                              .columns = camera.width,
+                              .fields = report::fields_of(values),
+                              .x_label = "column, px",
+                              .y_label = "row, px"},
+                             340, 290);
   }
 
   void images() {
@@ -194,15 +193,15 @@ class CharacterisationReport {
     page_.heading("Modelled and measured images");
     const tofgraph_camera& camera = data_.campaign.conditions.camera->view();
     const auto image = [&](const std::string& title, const std::string& unit, const std::vector<double>& values) {
-      return report::heat_map({.title = title,
-                               .unit = unit,
-                               .rows = camera.height,
-                               .columns = camera.width,
-                               .values = values,
-                               .x_label = "column, px",
-                               .y_label = "row, px",
-                               .signed_values = false},
-                              340, 290);
+      return report::field_map({.title = title,
+                                .unit = unit,
+                                .rows = camera.height,
+                                .columns = camera.width,
+                                .fields = report::fields_of(values),
+                                .x_label = "column, px",
+                                .y_label = "row, px",
+                                .signed_values = false},
+                               340, 290);
     };
     std::vector<double> modelled = n.modelled_distance, measured = n.measured_distance;
     for (auto* distances : {&modelled, &measured})

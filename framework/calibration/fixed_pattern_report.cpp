@@ -3,7 +3,7 @@
 #include "calibration/fixed_pattern_priors.hpp"
 #include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -45,19 +45,19 @@ class FixedPatternReport {
  private:
   std::string map(const std::string& title, const char* unit, const std::vector<double>& values,
                   const std::vector<double>& sd, bool is_signed) const {
-    return report::heat_map({.title = title,
-                             .unit = unit,
-                             .rows = data_.rows,
-                             .columns = data_.columns,
-                             .values = in_mm(values, sd),
-                             .x_label = "column, px",
-                             .y_label = "row, px",
-                             .signed_values = is_signed},
-                            380, 320);
+    return report::field_map({.title = title,
+                              .unit = unit,
+                              .rows = data_.rows,
+                              .columns = data_.columns,
+                              .fields = report::fields_of(in_mm(values, sd)),
+                              .x_label = "column, px",
+                              .y_label = "row, px",
+                              .signed_values = is_signed},
+                             380, 320);
   }
 
   /// Means of rows or columns. @param along 0: of each column, 1: of each row
-  report::Curve means(const char* name, int along) const {
+  report::Series means(const char* name, int along) const {
     const std::size_t n = along == 0 ? data_.columns : data_.rows;
     std::vector<double> sum(n), count(n);
     for (std::size_t i = 0; i < fit_.map.size(); ++i) {
@@ -66,19 +66,18 @@ class FixedPatternReport {
       sum[at] += fit_.map[i] * 1e3;
       count[at] += 1;
     }
-    report::Curve curve{.name = name};
+    report::Series curve{.name = name};
     for (std::size_t k = 0; k < n; ++k) {
       if (count[k] == 0) continue;
-      curve.x.push_back(static_cast<double>(k));
-      curve.y.push_back(sum[k] / count[k]);
+      curve.add(static_cast<double>(k), sum[k] / count[k]);
     }
     return curve;
   }
 
   void parts() {
-    report::Curves plot{.title = "mean offset of columns and rows", .x_label = "column or row, px", .y_label = "mm"};
-    plot.curves = {means("columns", 0), means("rows", 1)};
-    page_.figures(std::vector<std::string>{report::curves(plot, 640, 300)},
+    report::Chart plot{.title = "mean offset of columns and rows", .x_label = "column or row, px", .y_label = "mm"};
+    plot.series = {means("columns", 0), means("rows", 1)};
+    page_.figures(std::vector<std::string>{report::chart(plot, 640, 300)},
                   "Sensors are addressed by rows and read by columns, which causes steps here.");
   }
 
@@ -105,12 +104,12 @@ class FixedPatternReport {
         heights.push_back(1e3 * shape_at(fit_.shape, 2.0 * static_cast<double>(c) / (side - 1) - 1,
                                          2.0 * static_cast<double>(r) / (side - 1) - 1));
     }
-    page_.figures(std::vector<std::string>{report::heat_map(
+    page_.figures(std::vector<std::string>{report::field_map(
                       {.title = "shape of the board",
                        .unit = "mm",
                        .rows = side,
                        .columns = side,
-                       .values = heights,
+                       .fields = report::fields_of(heights),
                        .x_label = fmt::format("x, {:.0f} mm a step", 2e3 * data_.extent / (side - 1)),
                        .y_label = "y"},
                       360, 320)},

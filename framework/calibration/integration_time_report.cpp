@@ -4,7 +4,7 @@
 
 #include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -22,31 +22,29 @@ std::string ms(double seconds) { return std::isfinite(seconds) ? fmt::format("{:
 
 /// Plot of the best times of each target over the distance.
 std::string best_times(const Boards& boards, const IntegrationTimes& times) {
-  report::Curves plot{.title = "best integration time", .x_label = "distance, m", .y_label = "integration time, ms"};
+  report::Chart plot{.title = "best integration time", .x_label = "distance, m", .y_label = "integration time, ms"};
   for (std::size_t target = 0; target < boards.targets.size(); ++target) {
-    report::Curve curve{.name = name_of(boards, target)};
+    report::Series curve{.name = name_of(boards, target)};
     for (const Place& place : times.places) {
       if (place.target != target || place.best == nullptr) continue;
-      curve.x.push_back(place.distance);
-      curve.y.push_back(place.best->condition.integration_time * 1e3);
+      curve.add(place.distance, place.best->condition.integration_time * 1e3);
     }
-    if (!curve.x.empty()) plot.curves.push_back(curve);
+    if (!curve.marks.empty()) plot.series.push_back(curve);
   }
-  return report::curves(plot, 560, 340);
+  return report::chart(plot, 560, 340);
 }
 
 std::string smallest_errors(const Boards& boards, const IntegrationTimes& times) {
-  report::Curves plot{.title = "RMSE at the best time", .x_label = "distance, m", .y_label = "RMSE, mm"};
+  report::Chart plot{.title = "RMSE at the best time", .x_label = "distance, m", .y_label = "RMSE, mm"};
   for (std::size_t target = 0; target < boards.targets.size(); ++target) {
-    report::Curve curve{.name = name_of(boards, target)};
+    report::Series curve{.name = name_of(boards, target)};
     for (const Place& place : times.places) {
       if (place.target != target || place.best == nullptr) continue;
-      curve.x.push_back(place.distance);
-      curve.y.push_back(place.best->rmse * 1e3);
+      curve.add(place.distance, place.best->rmse * 1e3);
     }
-    if (!curve.x.empty()) plot.curves.push_back(curve);
+    if (!curve.marks.empty()) plot.series.push_back(curve);
   }
-  return report::curves(plot, 560, 340);
+  return report::chart(plot, 560, 340);
 }
 
 /// RMSE over distance and time, one map per target; unmeasured or saturated fields are grey.
@@ -58,14 +56,14 @@ std::vector<std::string> maps(const Boards& boards, const IntegrationTimes& time
   }
   std::vector<std::string> result;
   for (std::size_t target = 0; target < boards.targets.size(); ++target) {
-    report::HeatMap map{.title = name_of(boards, target) + ": RMSE",
-                        .unit = "mm",
-                        .rows = distances.size(),
-                        .columns = all_times.size(),
-                        .values = std::vector<double>(distances.size() * all_times.size(), unknown),
-                        .x_label = "integration time, ms",
-                        .signed_values = false,
-                        .logarithmic = true};
+    report::FieldMap map{.title = name_of(boards, target) + ": RMSE",
+                         .unit = "mm",
+                         .rows = distances.size(),
+                         .columns = all_times.size(),
+                         .fields = std::vector<report::Field>(distances.size() * all_times.size(), {.value = unknown}),
+                         .x_label = "integration time, ms",
+                         .signed_values = false,
+                         .logarithmic = true};
     for (const double t : all_times) map.x_names.push_back(fmt::format("{:.3g}", t * 1e3));
     for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
     for (const Place& place : times.places) {
@@ -73,10 +71,10 @@ std::vector<std::string> maps(const Boards& boards, const IntegrationTimes& time
       const auto row = static_cast<std::size_t>(std::distance(distances.begin(), distances.find(place.distance)));
       for (const Board* b : place.times) {
         const auto column = std::distance(all_times.begin(), all_times.find(b->condition.integration_time));
-        if (usable(*b, place)) map.values[row * map.columns + static_cast<std::size_t>(column)] = b->rmse * 1e3;
+        if (usable(*b, place)) map.fields[row * map.columns + static_cast<std::size_t>(column)].value = b->rmse * 1e3;
       }
     }
-    result.push_back(report::heat_map(map, 380, 300));
+    result.push_back(report::field_map(map, 380, 300));
   }
   return result;
 }

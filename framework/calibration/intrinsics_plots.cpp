@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/intrinsics_plots.hpp"
 
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/to_integer.hpp>
@@ -14,17 +14,6 @@ namespace tofgraph::calibration {
 namespace {
 
 constexpr int side = 370;  ///< px, side of a square plot
-
-/// Gnuplot axes of an image, with v downwards.
-std::string image_axes(const Intrinsics& result, const std::string& title) {
-  return fmt::format(
-      "set title {}\nset xlabel 'u / px'\nset ylabel 'v / px'\nset xrange [-0.5:{}]\nset yrange [{}:-0.5]\nset size "
-      "ratio "
-      "{:.4f}\nunset key\n",
-      report::quoted(title), static_cast<double>(result.views.observations.width) - 0.5,
-      static_cast<double>(result.views.observations.height) - 0.5,
-      static_cast<double>(result.views.observations.height) / static_cast<double>(result.views.observations.width));
-}
 
 /// 98th percentile of the residual lengths, px.
 double residual_limit(const Intrinsics& result) {
@@ -54,68 +43,78 @@ double bilinear(const Image& image, double u, double v) {
 
 std::string uncertainty_map(const Intrinsics& result, double range) {
   constexpr std::size_t places = 31;
-  report::HeatMap map{.title = "uncertainty of projection", .unit = "sd / px", .rows = places, .columns = places};
+  report::FieldMap map{.title = "uncertainty of projection", .unit = "sd / px", .rows = places, .columns = places};
   const ProjectionUncertainty uncertainty(result.solution);
   const auto width = static_cast<double>(result.views.observations.width);
   const auto height = static_cast<double>(result.views.observations.height);
   for (std::size_t i = 0; i < places; ++i)
     for (std::size_t k = 0; k < places; ++k)
-      map.values.push_back(uncertainty.at((width - 1) * static_cast<double>(k) / (places - 1),
-                                          (height - 1) * static_cast<double>(i) / (places - 1), range));
+      map.fields.push_back({.value = uncertainty.at((width - 1) * static_cast<double>(k) / (places - 1),
+                                                    (height - 1) * static_cast<double>(i) / (places - 1), range)});
   map.signed_values = false;
-  return report::heat_map(map, side, side - 50);
+  return report::field_map(map, side, side - 50);
 }
 
 std::string residual_vectors(const Intrinsics& result) {
   const double limit = residual_limit(result);
   const double length = 0.05 * static_cast<double>(result.views.observations.width);
   const double scale = round_number(length / limit);
-  std::string data = "$arrows << END\n";
+  report::Series arrows{.name = {}, .style = report::Series::Style::thin_line}, heads{.name = {}};
+  heads.style = report::Series::Style::points;
+  heads.colour = 0;
   for (const SolvedView& view : result.solution.views) {
     const View& seen = result.views.observations.views[view.view];
-    for (std::size_t i = 0; i < view.residuals.size(); ++i)
-      if (view.used[i])
-        data += fmt::format("{:.3f} {:.3f} {:.3f} {:.3f}\n", seen.corners[i].u, seen.corners[i].v,
-                            scale * view.residuals[i][0], scale * view.residuals[i][1]);
+    for (std::size_t i = 0; i < view.residuals.size(); ++i) {
+      if (!view.used[i]) continue;
+      const double u = seen.corners[i].u, v = seen.corners[i].v;
+      arrows.add(u, v);
+      arrows.add(u + scale * view.residuals[i][0], v + scale * view.residuals[i][1]);
+      arrows.add(unknown, unknown);
+      heads.marks.push_back(arrows.marks[arrows.marks.size() - 2]);
+    }
   }
-  return report::gnuplot_svg(
-      image_axes(result, fmt::format("residuals, {:g} times", scale)) + data +
-          "END\nplot $arrows using 1:2:3:4 with vectors head size 1.5,20 lc rgb '#1f4e9c' lw 0.7",
-      side, side);
+  return report::chart({.title = fmt::format("residuals, {:g} times; dots: ends", scale),
+                        .x_label = "u / px",
+                        .y_label = "v / px",
+                        .series = {arrows, heads},
+                        .y_down = true,
+                        .equal_scales = true},
+                       side, side);
 }
 
 std::string residual_cloud(const Intrinsics& result) {
-  const double limit = 1.3 * residual_limit(result);
-  std::string script = fmt::format(
-      "set title 'residuals'\nset xlabel 'u, seen minus predicted / px'\nset ylabel 'v / px'\nset xrange "
-      "[{0}:{1}]\nset "
-      "yrange [{1}:{0}]\nset size ratio 1\nunset key\nset grid lc rgb '#dddddd'\n$points << END\n",
-      -limit, limit);
+  report::Series cloud{.name = {}, .style = report::Series::Style::points};
   for (const SolvedView& view : result.solution.views)
     for (std::size_t i = 0; i < view.residuals.size(); ++i)
-      if (view.used[i]) script += fmt::format("{:.4f} {:.4f}\n", view.residuals[i][0], view.residuals[i][1]);
-  return report::gnuplot_svg(script + "END\nplot $points with points pt 7 ps 0.25 lc rgb '#1f4e9c'", side, side);
+      if (view.used[i]) cloud.add(view.residuals[i][0], view.residuals[i][1]);
+  return report::chart({.title = "residuals",
+                        .x_label = "u, seen minus predicted / px",
+                        .y_label = "v / px",
+                        .series = {cloud},
+                        .y_down = true,
+                        .equal_scales = true},
+                       side, side);
 }
 
 std::string coverage_map(const Intrinsics& result) {
   constexpr std::size_t fields = 10;
   const Observations& o = result.views.observations;
-  report::HeatMap map{.title = "corners seen", .unit = "", .rows = fields, .columns = fields};
-  map.values.assign(fields * fields, 0);
+  report::FieldMap map{.title = "corners seen", .unit = "", .rows = fields, .columns = fields};
+  map.fields.resize(fields * fields);
   for (const SolvedView& view : result.solution.views) {
     for (const Corner& c : o.views[view.view].corners) {
       const auto column = static_cast<std::size_t>((c.u + 0.5) / static_cast<double>(o.width) * fields);
       const auto row = static_cast<std::size_t>((c.v + 0.5) / static_cast<double>(o.height) * fields);
-      map.values[std::min(row, fields - 1) * fields + std::min(column, fields - 1)] += 1;
+      map.fields[std::min(row, fields - 1) * fields + std::min(column, fields - 1)].value += 1;
     }
   }
   map.signed_values = false;
   map.write_values = true;
-  return report::heat_map(map, side, side - 50);
+  return report::field_map(map, side, side - 50);
 }
 
 std::string distance_residuals(const Intrinsics& result) {
-  report::Curve curve{.points = true};
+  report::Series curve{.style = report::Series::Style::points};
   for (const SolvedView& view : result.solution.views) {
     if (view.distance_residuals.empty()) continue;
     double mean = 0, square = 0;
@@ -124,14 +123,12 @@ std::string distance_residuals(const Intrinsics& result) {
     for (const double r : view.distance_residuals) square += std::pow(r + view.range_shift - mean, 2) / n;
     double range = 0;
     for (const double t : view.pose.translation) range += t * t;
-    curve.x.push_back(std::sqrt(range));
-    curve.y.push_back(mean * 1e3);
-    curve.error.push_back(std::sqrt(square) * 1e3);
+    curve.add(std::sqrt(range), mean * 1e3, std::sqrt(square) * 1e3);
   }
-  return report::curves({.title = "distances of the board",
-                         .x_label = "range / m",
-                         .y_label = "measured minus predicted / mm",
-                         .curves = {curve}});
+  return report::chart({.title = "distances of the board",
+                        .x_label = "range / m",
+                        .y_label = "measured minus predicted / mm",
+                        .series = {curve}});
 }
 
 std::string boards_from_above(const Intrinsics& result, bool from_side) {
@@ -140,24 +137,25 @@ std::string boards_from_above(const Intrinsics& result, bool from_side) {
     hx = std::max(hx, std::abs(p.x));
     hy = std::max(hy, std::abs(p.y));
   }
-  std::string data = "$boards << END\n";
+  report::Series boards{.name = {}, .style = report::Series::Style::thin_line}, camera{.name = {}};
   for (const SolvedView& view : result.solution.views) {
     const auto& r = view.pose.rotation;
     const auto& t = view.pose.translation;
     for (const auto& [x, y] : {std::pair{-hx, -hy}, {hx, -hy}, {hx, hy}, {-hx, hy}, {-hx, -hy}}) {
       const std::size_t row = from_side ? 1 : 0;
-      data += fmt::format("{:.4f} {:.4f}\n", r[6] * x + r[7] * y + t[2], r[3 * row] * x + r[3 * row + 1] * y + t[row]);
+      boards.add(r[6] * x + r[7] * y + t[2], r[3 * row] * x + r[3 * row + 1] * y + t[row]);
     }
-    data += "\n";
+    boards.add(unknown, unknown);
   }
-  return report::gnuplot_svg(
-      fmt::format(
-          "set title {}\nset xlabel 'z / m'\nset ylabel '{} / m'\nset xrange [0:*]\nset yrange [*:*] reverse\nset "
-          "size ratio -1\nunset key\nset grid lc rgb '#dddddd'\nset object circle at 0,0 size screen 0.01 fc rgb "
-          "'#c0392b' fs solid\n",
-          from_side ? "'from the side'" : "'from above'", from_side ? "y" : "x") +
-          data + "END\nplot $boards with lines lw 1.2 lc rgb '#1f4e9c'",
-      560, 330);
+  camera.style = report::Series::Style::points;
+  camera.add(0, 0);
+  return report::chart({.title = from_side ? "from the side" : "from above",
+                        .x_label = "z / m",
+                        .y_label = from_side ? "y / m" : "x / m",
+                        .series = {boards, camera},
+                        .y_down = true,
+                        .equal_scales = true},
+                       560, 330);
 }
 
 std::array<std::string, 2> undistorted_preview(const Intrinsics& result) {
@@ -173,10 +171,13 @@ std::array<std::string, 2> undistorted_preview(const Intrinsics& result) {
     straight.values.push_back(bilinear(image, pixel[0], pixel[1]));
   }
   const auto picture = [&](const Image& shown, const char* title) {
-    report::HeatMap map{
-        .title = title, .unit = "counts", .rows = shown.height, .columns = shown.width, .values = shown.values};
+    report::FieldMap map{.title = title,
+                         .unit = "counts",
+                         .rows = shown.height,
+                         .columns = shown.width,
+                         .fields = report::fields_of(shown.values)};
     map.signed_values = false;
-    return report::heat_map(map, side + 60, side);
+    return report::field_map(map, side + 60, side);
   };
   return {picture(image, "as seen"), picture(straight, "without distortion")};
 }

@@ -6,7 +6,7 @@
 #include "calibration/campaign_inputs.hpp"
 #include "calibration/intrinsics_plots.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -60,24 +60,22 @@ class IntrinsicsReport {
   void uncertainty() {
     page_.heading("How exactly it projects");
     const double range = typical_range(solution_);
-    report::Curve centre{.name = "middle"}, corner{.name = "corners of the image"};
+    report::Series centre{.name = "middle"}, corner{.name = "corners of the image"};
     const ProjectionUncertainty projection(solution_);
     const auto width = static_cast<double>(result_.views.observations.width);
     const auto height = static_cast<double>(result_.views.observations.height);
     for (double r = 0.3 * range; r < 5 * range; r *= 1.15) {
-      centre.x.push_back(r);
-      corner.x.push_back(r);
-      centre.y.push_back(projection.at((width - 1) / 2, (height - 1) / 2, r));
+      centre.add(r, projection.at((width - 1) / 2, (height - 1) / 2, r));
       double sum = 0;
       for (const double u : {0.05, 0.95})
         for (const double v : {0.05, 0.95}) sum += projection.at(u * width, v * height, r) / 4;
-      corner.y.push_back(sum);
+      corner.add(r, sum);
     }
-    const std::vector<std::string> plots = {uncertainty_map(result_, range), report::curves({.title = "over the range",
-                                                                                             .x_label = "range / m",
-                                                                                             .y_label = "sd / px",
-                                                                                             .curves = {centre, corner},
-                                                                                             .logarithmic_x = true})};
+    const std::vector<std::string> plots = {uncertainty_map(result_, range), report::chart({.title = "over the range",
+                                                                                            .x_label = "range / m",
+                                                                                            .y_label = "sd / px",
+                                                                                            .series = {centre, corner},
+                                                                                            .logarithmic_x = true})};
     page_.figures(
         plots, fmt::format("Standard deviation, in the worst direction, of the pixel in which a point at rest is seen; "
                            "left at {}, the boards' mean range. It is smallest where boards were seen.",

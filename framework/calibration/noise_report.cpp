@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/noise.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -15,39 +15,41 @@ namespace {
 using Row = std::vector<std::string>;
 
 std::string photon_transfer(const NoiseFit& fit) {
-  report::Curves plot{.title = "variance of a tap", .x_label = "counts", .y_label = "variance, counts^2"};
-  report::Curve measured{.name = "measured", .x = fit.bin_level, .y = fit.bin_variance, .points = true};
-  report::Curve model{.name = "fitted", .x = fit.bin_level, .y = fit.bin_model};
-  plot.curves = {model, measured};
-  return report::curves(plot, 560, 340);
+  report::Chart plot{.title = "variance of a tap", .x_label = "counts", .y_label = "variance, counts^2"};
+  report::Series measured{.name = "measured", .style = report::Series::Style::points}, model{.name = "fitted"};
+  for (std::size_t i = 0; i < fit.bin_level.size(); ++i) {
+    measured.add(fit.bin_level[i], fit.bin_variance[i]);
+    model.add(fit.bin_level[i], fit.bin_model[i]);
+  }
+  plot.series = {model, measured};
+  return report::chart(plot, 560, 340);
 }
 
 std::string sigma_by_amplitude(const NoiseFit& fit) {
-  report::Curves plot{.title = "noise of the distance",
-                      .x_label = "amplitude, counts",
-                      .y_label = "sigma of a frame, mm",
-                      .logarithmic_x = true};
-  report::Curve measured{.name = "measured", .points = true}, predicted{.name = "predicted, level held out"};
+  report::Chart plot{.title = "noise of the distance",
+                     .x_label = "amplitude, counts",
+                     .y_label = "sigma of a frame, mm",
+                     .logarithmic_x = true};
+  report::Series measured{.name = "measured", .style = report::Series::Style::points},
+      predicted{.name = "predicted, level held out"};
   for (const SigmaRatio& bin : fit.amplitudes) {
-    measured.x.push_back(bin.amplitude);
-    measured.y.push_back(bin.measured * 1e3);
-    predicted.x.push_back(bin.amplitude);
-    predicted.y.push_back(bin.predicted * 1e3);
+    measured.add(bin.amplitude, bin.measured * 1e3);
+    predicted.add(bin.amplitude, bin.predicted * 1e3);
   }
-  plot.curves = {predicted, measured};
-  return report::curves(plot, 560, 340);
+  plot.series = {predicted, measured};
+  return report::chart(plot, 560, 340);
 }
 
 std::string map_of(const std::string& title, const NoiseData& data, std::vector<double> values, double limit) {
-  return report::heat_map({.title = title,
-                           .rows = data.rows,
-                           .columns = data.columns,
-                           .values = std::move(values),
-                           .x_label = "column, px",
-                           .y_label = "row, px",
-                           .signed_values = false,
-                           .limit = limit},
-                          480, 400);
+  return report::field_map({.title = title,
+                            .rows = data.rows,
+                            .columns = data.columns,
+                            .fields = report::fields_of(values),
+                            .x_label = "column, px",
+                            .y_label = "row, px",
+                            .signed_values = false,
+                            .limit = limit},
+                           480, 400);
 }
 
 void add_sigma_table(report::Page& page, const NoiseFit& fit) {

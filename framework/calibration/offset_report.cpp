@@ -4,7 +4,7 @@
 
 #include "calibration/report_text.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -77,22 +77,21 @@ class OffsetReport {
   }
 
   std::string left_out_plot(const HeldOut& axis, const std::string& name) const {
-    report::Curves plot{.title = "one " + name + " held out", .x_label = "true depth, m", .y_label = "error, mm"};
-    report::Curve before{.name = "before", .points = true}, after{.name = "after", .points = true};
+    report::Chart plot{.title = "one " + name + " held out", .x_label = "true depth, m", .y_label = "error, mm"};
+    report::Series before{.name = "before", .style = report::Series::Style::points},
+        after{.name = "after", .style = report::Series::Style::points};
     for (const Prediction& p : axis.predictions) {
-      before.x.push_back(boards_.boards[p.board].distance);
-      before.y.push_back(p.before * per_mm);
-      after.x.push_back(boards_.boards[p.board].distance);
-      after.y.push_back(p.after * per_mm);
+      before.add(boards_.boards[p.board].distance, p.before * per_mm);
+      after.add(boards_.boards[p.board].distance, p.after * per_mm);
     }
-    plot.curves = {before, after};
-    return report::curves(plot, 380, 280);
+    plot.series = {before, after};
+    return report::chart(plot, 380, 280);
   }
 
   /// Error of each target over the distance, with the table's interpolation between the boards.
   void errors() {
     page_.heading("The offset");
-    report::Curves plot{.title = "measured minus true depth", .x_label = "measured depth, m", .y_label = "error, mm"};
+    report::Chart plot{.title = "measured minus true depth", .x_label = "measured depth, m", .y_label = "error, mm"};
     for (std::size_t target = 0; target < boards_.targets.size(); ++target) {
       const std::string name = name_of(boards_, target);
       std::map<double, std::vector<const Board*>> by_time;
@@ -102,19 +101,19 @@ class OffsetReport {
       }
       // Only the middle one of several times: curves of all times would overlap.
       const auto& shown = std::next(by_time.begin(), static_cast<std::ptrdiff_t>(by_time.size() / 2))->second;
-      report::Curve curve{
+      report::Series curve{
           .name = by_time.size() > 1
                       ? fmt::format("{}, {}", name, format_quantity(shown.front()->condition.integration_time, "s"))
                       : name};
       add_between(target, shown, curve);
-      plot.curves.push_back(curve);
+      plot.series.push_back(curve);
     }
-    page_.figures(std::vector<std::string>{report::curves(plot, 760, 380)},
+    page_.figures(std::vector<std::string>{report::chart(plot, 760, 380)},
                   "One line per target, through its boards; values between them are interpolated.");
     if (table_.shape() == physics::OffsetTable::Shape::grid) page_.figures(maps(), "The error of each board, mm.");
   }
 
-  void add_between(std::size_t target, std::vector<const Board*> boards, report::Curve& curve) const {
+  void add_between(std::size_t target, std::vector<const Board*> boards, report::Series& curve) const {
     std::ranges::sort(boards, {}, [](const Board* b) { return b->corrected.mean; });
     constexpr std::size_t steps = 12;
     for (std::size_t i = 0; i + 1 < boards.size(); ++i) {
@@ -124,8 +123,7 @@ class OffsetReport {
         const double z = between(boards[i]->corrected.mean, boards[i + 1]->corrected.mean, share);
         const double time =
             between(boards[i]->condition.integration_time, boards[i + 1]->condition.integration_time, share);
-        curve.x.push_back(z);
-        curve.y.push_back((z - table_.of_target(target, z, time).depth) * per_mm);
+        curve.add(z, (z - table_.of_target(target, z, time).depth) * per_mm);
       }
     }
   }
@@ -141,23 +139,23 @@ class OffsetReport {
     for (const Board& b : boards_.boards) limit = std::max(limit, std::abs(b.error()) * per_mm);
     std::vector<std::string> result;
     for (std::size_t target = 0; target < boards_.targets.size(); ++target) {
-      report::HeatMap map{.title = name_of(boards_, target),
-                          .unit = "mm",
-                          .rows = distances.size(),
-                          .columns = times.size(),
-                          .values = std::vector<double>(distances.size() * times.size(), unknown),
-                          .x_label = "integration time, ms",
-                          .limit = limit};
+      report::FieldMap map{.title = name_of(boards_, target),
+                           .unit = "mm",
+                           .rows = distances.size(),
+                           .columns = times.size(),
+                           .fields = std::vector<report::Field>(distances.size() * times.size(), {.value = unknown}),
+                           .x_label = "integration time, ms",
+                           .limit = limit};
       for (const double t : times) map.x_names.push_back(fmt::format("{:.3g}", t * 1e3));
       for (const double z : distances) map.y_names.push_back(fmt::format("{:.3g} m", z));
       for (const Board& b : boards_.boards) {
         if (boards_.target_of(b) != target) continue;
         const auto row = std::distance(distances.begin(), distances.find(b.distance));
         const auto column = std::distance(times.begin(), times.find(b.condition.integration_time));
-        map.values[static_cast<std::size_t>(row) * map.columns + static_cast<std::size_t>(column)] =
+        map.fields[static_cast<std::size_t>(row) * map.columns + static_cast<std::size_t>(column)].value =
             -b.error() * per_mm;
       }
-      result.push_back(report::heat_map(map, 380, 300));
+      result.push_back(report::field_map(map, 380, 300));
     }
     return result;
   }

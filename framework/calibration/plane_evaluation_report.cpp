@@ -4,7 +4,7 @@
 #include "calibration/plane_evaluation.hpp"
 #include "config/log.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -127,37 +127,36 @@ nlohmann::json json_of(const PlaneEvaluation& evaluation) {
 
 /// Plots a quantity of each condition over the distance, before and after.
 std::string plot_of(const EvaluationResult& result, const char* title, double DepthErrors::*value) {
-  report::Curves plot{.title = title, .x_label = "distance of the board, m", .y_label = "mm"};
+  report::Chart plot{.title = title, .x_label = "distance of the board, m", .y_label = "mm"};
   const auto add = [&](const PlaneEvaluation& evaluation, const char* name) {
-    report::Curve curve{.name = name, .points = true};
+    report::Series curve{.name = name, .style = report::Series::Style::points};
     for (const EvaluatedCondition& c : evaluation.conditions) {
       if (!std::isfinite(c.all.*value)) continue;
-      curve.x.push_back(c.condition.board_distance);
-      curve.y.push_back(c.all.*value * 1e3);
+      curve.add(c.condition.board_distance, c.all.*value * 1e3);
     }
-    if (!curve.x.empty()) plot.curves.push_back(std::move(curve));
+    if (!curve.marks.empty()) plot.series.push_back(std::move(curve));
   };
   if (result.before) add(*result.before, "before");
   add(result.now, result.before ? "after" : "");
-  return plot.curves.empty() ? std::string() : report::curves(plot);
+  return plot.series.empty() ? std::string() : report::chart(plot);
 }
 
 std::string shape_of(const PlaneEvaluation& evaluation, const char* title) {
   std::vector<double> millimetres;
   for (const double v : evaluation.shape) millimetres.push_back(v * 1e3);
   const tofgraph_camera& camera = evaluation.campaign.camera->view();
-  return report::heat_map({.title = title,
-                           .unit = "mm",
-                           .rows = camera.height,
-                           .columns = camera.width,
-                           .values = std::move(millimetres),
-                           .x_label = "column, px",
-                           .y_label = "row, px",
-                           .x_names = {},
-                           .y_names = {},
-                           .signed_values = true,
-                           .limit = {},
-                           .write_values = false});
+  return report::field_map({.title = title,
+                            .unit = "mm",
+                            .rows = camera.height,
+                            .columns = camera.width,
+                            .fields = report::fields_of(millimetres),
+                            .x_label = "column, px",
+                            .y_label = "row, px",
+                            .x_names = {},
+                            .y_names = {},
+                            .signed_values = true,
+                            .limit = {},
+                            .write_values = false});
 }
 
 EvaluationRows condition_rows(const PlaneEvaluation& evaluation) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/response.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 
@@ -16,15 +16,15 @@ using Row = std::vector<std::string>;
 
 std::string response_map(const ResponseData& data, const std::string& title, const char* unit,
                          const std::vector<double>& values) {
-  return report::heat_map({.title = title,
-                           .unit = unit,
-                           .rows = data.rows,
-                           .columns = data.columns,
-                           .values = values,
-                           .x_label = "column, px",
-                           .y_label = "row, px",
-                           .signed_values = false},
-                          380, 320);
+  return report::field_map({.title = title,
+                            .unit = unit,
+                            .rows = data.rows,
+                            .columns = data.columns,
+                            .fields = report::fields_of(values),
+                            .x_label = "column, px",
+                            .y_label = "row, px",
+                            .signed_values = false},
+                           380, 320);
 }
 
 Row value_row(const std::string& name, const ResponseValue& v, const std::string& profile) {

@@ -3,7 +3,7 @@
 #include "calibration/report_text.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/quantity.hpp"
-#include "report/plot.hpp"
+#include "report/chart.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -53,7 +53,7 @@ class WarmUpReport {
                        format_quantity(s.integration_time, "s"));
   }
 
-  static report::Curves plot_of(const std::string& title, const std::string& y_label) {
+  static report::Chart plot_of(const std::string& title, const std::string& y_label) {
     return {.title = title, .x_label = "time since power-on, min", .y_label = y_label};
   }
 
@@ -61,24 +61,22 @@ class WarmUpReport {
     std::vector<std::string> plots;
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
-      report::Curve measured{.name = "measured", .points = true}, fit{.name = "fitted"};
+      report::Series measured{.name = "measured", .style = report::Series::Style::points}, fit{.name = "fitted"};
       std::vector<double> shifts;  // from the mean of all pixels to the window
       for (std::size_t k = 0; k < s.points.size(); ++k) {
         if (!std::isfinite(s.window_means[k])) continue;
-        measured.x.push_back(s.time(k) / 60);
-        measured.y.push_back(s.window_means[k] * 1e3);
+        measured.add(s.time(k) / 60, s.window_means[k] * 1e3);
         shifts.push_back(s.window_means[k] - drifts_[i].at(s.time(k)));
       }
       if (shifts.empty()) continue;
       constexpr int steps = 300;
       const double end = s.time(s.points.size() - 1), shift = moments_of(shifts).mean;
       for (int k = 0; k <= steps; ++k) {
-        fit.x.push_back(end * k / steps / 60);
-        fit.y.push_back((drifts_[i].at(end * k / steps) + shift) * 1e3);
+        fit.add(end * k / steps / 60, (drifts_[i].at(end * k / steps) + shift) * 1e3);
       }
-      report::Curves plot = plot_of(name(s), "measured distance, mm");
-      plot.curves = {measured, fit};
-      plots.push_back(report::curves(plot, 540, 320));
+      report::Chart plot = plot_of(name(s), "measured distance, mm");
+      plot.series = {measured, fit};
+      plots.push_back(report::chart(plot, 540, 320));
     }
     return plots;
   }
@@ -88,20 +86,19 @@ class WarmUpReport {
     std::vector<std::string> plots;
     std::vector<Row> rows;
     for (const Series& s : data_.series) {
-      report::Curve rmse{.name = "RMSE"}, bias{.name = "|bias|"}, noise{.name = "noise"};
+      report::Series rmse{.name = "RMSE"}, bias{.name = "|bias|"}, noise{.name = "noise"};
       for (std::size_t k = 0; k < s.points.size(); ++k) {
         for (auto [curve, value] :
              {std::pair{&rmse, s.errors[k].rmse}, {&bias, std::abs(s.errors[k].bias)}, {&noise, s.errors[k].noise}}) {
           if (!std::isfinite(value)) continue;
-          curve->x.push_back(s.time(k) / 60);
-          curve->y.push_back(value * 1e3);
+          curve->add(s.time(k) / 60, value * 1e3);
         }
       }
-      report::Curves plot = plot_of(name(s), "error of a frame, mm");
-      for (const report::Curve& curve : {rmse, bias, noise}) {
-        if (!curve.x.empty()) plot.curves.push_back(curve);
+      report::Chart plot = plot_of(name(s), "error of a frame, mm");
+      for (const report::Series& curve : {rmse, bias, noise}) {
+        if (!curve.marks.empty()) plot.series.push_back(curve);
       }
-      plots.push_back(report::curves(plot, 540, 320));
+      plots.push_back(report::chart(plot, 540, 320));
       for (const double hours : {0.0, 0.5, 1.0, 2.0, 4.0, 8.0}) {
         const auto k = static_cast<std::size_t>(
             std::ranges::min_element(

@@ -31,17 +31,13 @@ std::string map_of(const Inspection& inspection, const std::vector<double>& rest
   map.columns = inspection.observation.width / s.side;
   map.rows = inspection.observation.height / s.side;
   map.fields.resize(map.rows * map.columns, {std::nan(""), "", {}});
-  std::vector<double> magnitudes;
   for (std::size_t i = 0; i < rest.size(); ++i) {
     const Block& block = s.blocks[i];
     report::Field& field = map.fields[block.row / s.side * map.columns + block.column / s.side];
     field.value = 1e3 * rest[i];
     field.title = fmt::format("column {}, row {}: {:.2f} mm", block.column, block.row, 1e3 * rest[i]);
-    magnitudes.push_back(std::abs(1e3 * rest[i]));
   }
-  const auto most = magnitudes.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(magnitudes.size() - 1));
-  std::ranges::nth_element(magnitudes, most);
-  map.limit = std::max(*most, 0.1);
+  map.limit = std::max(1e3 * report::percentile_98(rest), 0.1);
   return report::field_map(map, 420, 360);
 }
 

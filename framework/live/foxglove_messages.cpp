@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "live/foxglove_messages.hpp"
 
+#include "config/base64.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -56,7 +58,7 @@ json cloud_message(const NodeInfo& node, const NodePicture& picture, std::uint64
            {{"position", {{"x", 0}, {"y", 0}, {"z", 0}}}, {"orientation", {{"x", 0}, {"y", 0}, {"z", 0}, {"w", 1}}}}},
           {"point_stride", 16},
           {"fields", std::move(fields)},
-          {"data", base64(packed.data(), packed.size() * sizeof(float))}};
+          {"data", config::base64(packed.data(), packed.size() * sizeof(float))}};
 }
 
 json image_message(const NodeInfo& node, const Plane& plane, std::uint64_t time) {
@@ -67,8 +69,8 @@ json image_message(const NodeInfo& node, const Plane& plane, std::uint64_t time)
           {"height", plane.rows},
           {"encoding", flags ? "mono16" : "32FC1"},
           {"step", plane.columns * (flags ? 2 : 4)},
-          {"data", flags ? base64(plane.bits.data(), plane.bits.size() * 2)
-                         : base64(plane.values.data(), plane.values.size() * 4)}};
+          {"data", flags ? config::base64(plane.bits.data(), plane.bits.size() * 2)
+                         : config::base64(plane.values.data(), plane.values.size() * 4)}};
 }
 
 json calibration_message(const NodeInfo& node, std::uint64_t time) {
@@ -86,24 +88,6 @@ json calibration_message(const NodeInfo& node, std::uint64_t time) {
 }
 
 }  // namespace
-
-std::string base64(const void* data, std::size_t bytes) {
-  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const auto* in = static_cast<const unsigned char*>(data);
-  std::string text;
-  text.reserve((bytes + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes; i += 3) {
-    const std::size_t left = bytes - i;
-    const std::uint32_t word = static_cast<std::uint32_t>(in[i]) << 16U |
-                               (left > 1 ? static_cast<std::uint32_t>(in[i + 1]) << 8U : 0U) |
-                               (left > 2 ? static_cast<std::uint32_t>(in[i + 2]) : 0U);
-    text.push_back(digits[word >> 18U & 63U]);
-    text.push_back(digits[word >> 12U & 63U]);
-    text.push_back(left > 1 ? digits[word >> 6U & 63U] : '=');
-    text.push_back(left > 2 ? digits[word & 63U] : '=');
-  }
-  return text;
-}
 
 std::vector<FoxgloveTopic> foxglove_topics(const std::vector<NodeInfo>& nodes) {
   std::vector<FoxgloveTopic> topics;

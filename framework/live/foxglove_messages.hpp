@@ -30,6 +30,5 @@ std::string foxglove_schema(FoxgloveKind kind);
 /// @param time_ns since 1970 @returns null if the frame has no such channel
 nlohmann::json foxglove_message(const FoxgloveTopic& topic, const NodeInfo& node, const NodePicture& picture,
                                 std::uint64_t time_ns);
-std::string base64(const void* data, std::size_t bytes);
 
 }  // namespace tofgraph::live

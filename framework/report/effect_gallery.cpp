@@ -5,9 +5,9 @@
 #include "config/document.hpp"
 #include "config/quantity.hpp"
 #include "graph/parameters.hpp"
+#include "report/chart.hpp"
 #include "report/correlation_figures.hpp"
 #include "report/page.hpp"
-#include "report/plot.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
 
@@ -138,14 +138,15 @@ class Gallery {
   std::vector<std::string> maps(const ForwardModel& model) const {
     const std::vector<Seen> seen = seen_by(model, scene_, acquisition_, image_);
     const auto draw = [&](const std::string& title, const std::string& unit, auto value) {
-      HeatMap map{.title = title, .unit = unit, .rows = image_.rows, .columns = image_.columns};
+      FieldMap map{.title = title, .unit = unit, .rows = image_.rows, .columns = image_.columns};
       double most = 0;
       for (std::size_t i = 0; i < seen.size(); ++i) {
-        map.values.push_back(value(seen[i], plain_[i]));
-        if (std::isfinite(map.values.back())) most = std::max(most, std::abs(map.values.back()));
+        const double here = value(seen[i], plain_[i]);
+        map.fields.push_back({.value = here});
+        if (std::isfinite(here)) most = std::max(most, std::abs(here));
       }
       map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // rounding errors are shown as 0
-      return heat_map(map, 228, 190);
+      return field_map(map, 228, 190);
     };
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
     return {
@@ -161,7 +162,7 @@ class Gallery {
 
   /// Mean of the image over the distance of a board.
   std::vector<std::string> series(const ForwardModel& model) const {
-    std::array<Curve, 4> c;
+    std::array<Series, 4> c;
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
     for (const auto& [z, board, without] : boards_) {
       const std::vector<Seen> with = seen_by(model, board, acquisition_, coarse_);
@@ -173,19 +174,16 @@ class Gallery {
         mean[3] += 100 * (with[i].null2 - without[i].null2);
       }
       for (std::size_t k = 0; k < 4; ++k) {
-        c[k].x.push_back(z);
-        c[k].y.push_back(mean[k] / static_cast<double>(with.size()));
+        const double value = mean[k] / static_cast<double>(with.size());
+        c[k].add(z, std::abs(value) < 1e-6 ? 0 : value);  // rounding
       }
     }
     c[1].name = "amplitude";
     c[2].name = "N1 / 2I";
     c[3].name = "N2 / a";
-    for (Curve& curve : c) {
-      for (double& y : curve.y) y = std::abs(y) < 1e-6 ? 0 : y;  // rounding
-    }
     const char* distance = "distance of the board / m";
-    return {curves({"a board: mean error of the distance", distance, "mm", {c[0]}, false}, 570, 240),
-            curves({"a board: the other channels", distance, "%", {c[1], c[2], c[3]}, false}, 570, 240)};
+    return {chart({"a board: mean error of the distance", distance, "mm", {c[0]}}, 570, 240),
+            chart({"a board: the other channels", distance, "%", {c[1], c[2], c[3]}}, 570, 240)};
   }
 
   const tofgraph_camera& camera_;

@@ -39,13 +39,22 @@ p, li, figcaption { max-width: 90ch; overflow-wrap: anywhere; }
 figure { margin: 12px 0; } figure > div { display: flex; flex-wrap: wrap; gap: 8px; }
 figure svg { height: auto; max-width: 100%; flex: none; } figcaption { color: var(--quiet); font-size: 13.5px; }
 .chart .paper { fill: var(--paper); } .chart .ink { fill: var(--text); } .chart .rule { stroke: var(--rule); }
-.chart .axis { stroke: var(--axis); } [data-condition] { cursor: pointer; }
-[data-condition]:hover { outline: 2px solid var(--axis); }
+.chart .axis { stroke: var(--axis); } .linked { outline: 2px solid var(--text); } .linked circle { r: 5.5px; }
 summary { cursor: pointer; color: var(--link); margin: 8px 0; } select { max-width: 100%; font: inherit; }
 .facts { margin: 0; display: grid; grid-template-columns: 6em 1fr; } .facts b { font-weight: 600; }
 nav { columns: 4 180px; font-size: 14px; } nav a { display: block; } a { color: var(--link); text-decoration: none; }
 footer { color: var(--quiet); font-size: 13px; margin-top: 40px; }
 @media (max-width: 600px) { main { padding: 12px; } td, th { min-width: 6em; } figure svg { min-width: 100%; } }
+)";
+
+// Marks the condition under the pointer in all charts of the page.
+constexpr const char* link_script = R"(<script>
+document.addEventListener("pointerover", event => {
+  const at = event.target.closest("[data-condition]");
+  document.querySelectorAll(".linked").forEach(mark => mark.classList.remove("linked"));
+  if (at) document.querySelectorAll(`[data-condition="${at.dataset.condition}"]`).forEach(mark => mark.classList.add("linked"));
+});
+</script>
 )";
 
 }  // namespace
@@ -156,8 +165,9 @@ std::string Page::html() const {
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width, "
       "initial-scale=1\"><title>{}</title>\n<style>{}</style></head>\n"
-      "<body><main><h1>{}</h1>\n{}<footer>Made by tofgraph " TOFGRAPH_VERSION ".</footer></main></body></html>\n",
-      escaped(title_), style, escaped(title_), body);
+      "<body><main><h1>{}</h1>\n{}<footer>Made by tofgraph " TOFGRAPH_VERSION ".</footer></main>{}</body></html>\n",
+      escaped(title_), style, escaped(title_), body,
+      body.find("data-condition=") != std::string::npos ? link_script : "");
 }
 
 void Page::write(const std::filesystem::path& file) const { io::write_file(file, html()); }

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "report/scene_preview.hpp"
 
-#include "report/plot.hpp"
+#include "report/chart.hpp"
+#include "report/gnuplot.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "report/plot.hpp"
+#include "report/gnuplot.hpp"
 #include "tests/hidden_effects/score_table.hpp"
 
 #include <fmt/format.h>

@@ -6,6 +6,7 @@
 #include "live/encoding.hpp"
 #include "live/foxglove_messages.hpp"
 #include "live/server.hpp"
+#include "config/base64.hpp"
 #include "tests/live_view/web_client.hpp"
 
 #include <gmock/gmock.h>
@@ -89,7 +90,7 @@ TEST(LiveEncoding, Base64IsThatOfRfc4648) {
                                                                                     {"foob", "Zm9vYg=="},
                                                                                     {"fooba", "Zm9vYmE="},
                                                                                     {"foobar", "Zm9vYmFy"}})
-    EXPECT_EQ(base64(plain.data(), plain.size()), text);
+    EXPECT_EQ(config::base64(plain.data(), plain.size()), text);
 }
 
 /// A server with one node of 4 x 3 pixels.

@@ -64,6 +64,7 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
                                    correlated, pairs));
   if (names.size() > max_correlated) return;
   report::FieldMap map{.title = "correlations of the values", .rows = names.size(), .columns = names.size()};
+  map.limit = 1;
   map.x_names = map.y_names = names;
   map.write_values = true;
   for (std::size_t i = 0; i < names.size() * names.size(); ++i) {

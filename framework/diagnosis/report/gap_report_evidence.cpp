@@ -4,7 +4,6 @@
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 #include "io/palettes.hpp"
-#include "report/plot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -305,7 +304,8 @@ void add_curves(report::Page& page, const ReportData& data) {
     if (data.evidence.contains(o))
       charts.push_back(curve(data, o, boards_by_distance(data.design), label(o), two ? half_width : full_width));
   }
-  page.figures(charts, "At a mark: its condition, values and standard deviation.");
+  page.figures(charts,
+               "Point at a mark: its condition, values and standard deviation; all charts mark the same condition.");
   add_targets(page, data);
 }
 

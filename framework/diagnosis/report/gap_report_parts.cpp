@@ -4,7 +4,6 @@
 
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
-#include "report/plot.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
