@@ -3,10 +3,10 @@
 // Slow: LiveServer.SurvivesMalformed*
 // Rooms: live
 // The server of the live view without a pipeline: encoding of values, and input from the network.
+#include "config/base64.hpp"
 #include "live/encoding.hpp"
 #include "live/foxglove_messages.hpp"
 #include "live/server.hpp"
-#include "config/base64.hpp"
 #include "tests/live_view/web_client.hpp"
 
 #include <gmock/gmock.h>

@@ -40,13 +40,12 @@ Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& held, const Eigen::MatrixXd&
   return cross;
 }
 
-std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Eigen::Index n) {
-  std::vector<Eigen::VectorXd> diagonals;
+/// Adds the Gram matrix of columns that represent one per superpixel: diagonals, one per pair of columns.
+void add_spread_square(Eigen::MatrixXd& sum, const Eigen::MatrixXd& columns, Eigen::Index n) {
   for (Eigen::Index a = 0; a < columns.cols(); ++a) {
-    for (Eigen::Index b = 0; b < columns.cols(); ++b)
-      diagonals.push_back(by_superpixel(columns.col(a).cwiseProduct(columns.col(b)), n));
+    for (Eigen::Index b = 0; b <= a; ++b)
+      sum.block(a * n, b * n, n, n).diagonal() += by_superpixel(columns.col(a).cwiseProduct(columns.col(b)), n);
   }
-  return diagonals;
 }
 
 /// Appends a column per superpixel of each map, for one condition only: for all conditions they would be large.
@@ -74,19 +73,6 @@ Eigen::MatrixXd square_of(const Eigen::MatrixXd& columns) {
 
 }  // namespace
 
-void CandidateGram::add_to(Eigen::MatrixXd& sum) const {
-  if (!by_superpixel) {
-    sum += whole;
-    return;
-  }
-  const Eigen::Index n = diagonals.front().size(), count = taken.cols() / n;
-  for (Eigen::Index a = 0; a < count; ++a) {
-    for (Eigen::Index b = 0; b < count; ++b)
-      sum.block(a * n, b * n, n, n).diagonal() += diagonals[static_cast<std::size_t>(a * count + b)];
-  }
-  sum.noalias() -= taken.transpose() * taken;
-}
-
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own) {
   std::vector<SharedColumn> parts;
   for (Eigen::Index c = 0; c < own; ++c) parts.push_back({c, c, 1});
@@ -100,32 +86,34 @@ std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t 
 
 Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
                      std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
-                     std::size_t condition) {
+                     std::size_t condition, std::vector<Eigen::MatrixXd>& information) {
   const std::size_t count = problem.design.superpixels();
   const Eigen::MatrixXd held =
       maps.empty() ? weighted_columns(problem, state, rows, own, condition)
                    : weighted_columns(problem, state, rows, with_spread(own, maps, condition, count), condition);
-  Products products{square_of(held), {}, {}};
+  Products products{square_of(held), {}};
   const SmoothField* smooth_field = state.nuisances.smooth_field.get();
   const auto superpixels = static_cast<Eigen::Index>(count);
-  for (const Group* group : groups) {
-    Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
-    Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
-    const bool smooth = smooth_field != nullptr && group->first_row == distance;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const Group& group = *groups[g];
+    Eigen::MatrixXd columns = weighted(problem, group.columns, condition, group.first_row);
+    Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group.first_row), columns.rows());
+    const bool smooth = smooth_field != nullptr && group.first_row == distance;
     // For columns by superpixel the whole inverse is applied to the others, so that these stay diagonal.
-    if (smooth) smooth_field->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
-    if (!group->by_superpixel) {
+    if (smooth) smooth_field->whiten(condition, (group.by_superpixel ? there : columns).topRows(superpixels));
+    auto sum = information[g].selfadjointView<Eigen::Lower>();
+    if (!group.by_superpixel) {
       products.cross.emplace_back(there.transpose() * columns);
-      products.tried.push_back({false, square_of(columns), {}, {}});
+      sum.rankUpdate(columns.transpose());
       continue;
     }
     products.cross.push_back(spread_cross(there, columns, superpixels));
-    CandidateGram& tried =
-        products.tried.emplace_back(CandidateGram{true, {}, spread_diagonals(columns, superpixels), {}});
-    tried.taken.resize(0, columns.cols() * superpixels);
+    add_spread_square(information[g], columns, superpixels);
     if (!smooth) continue;
-    tried.taken = smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
-                  spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
+    const Eigen::MatrixXd taken =
+        smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
+        spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
+    sum.rankUpdate(taken.transpose(), -1);
   }
   return products;
 }
@@ -148,19 +136,9 @@ ConditionGram condition_gram_of(const Products& products, std::span<const Shared
   ConditionGram share;
   const Eigen::MatrixXd marginal = products.held - taken.transpose() * taken;
   share.held = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
-  for (std::size_t g = 0; g < products.tried.size(); ++g) {
-    const Eigen::MatrixXd& cross = products.cross[g];
-    const Eigen::MatrixXd there = downdate * cross.middleRows(count, random_directions);
+  for (const Eigen::MatrixXd& cross : products.cross) {
+    Eigen::MatrixXd& there = share.taken.emplace_back(downdate * cross.middleRows(count, random_directions));
     share.cross.push_back(factor.asDiagonal() * Eigen::MatrixXd(cross - taken.transpose() * there)(kept, Eigen::all));
-    CandidateGram tried = products.tried[g];
-    if (!tried.by_superpixel) {
-      tried.whole.noalias() -= there.transpose() * there;
-    } else {
-      Eigen::MatrixXd all(there.rows() + tried.taken.rows(), there.cols());
-      all << there, tried.taken;
-      tried.taken = std::move(all);
-    }
-    share.tried.push_back(std::move(tried));
   }
   return share;
 }

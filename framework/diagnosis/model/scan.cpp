@@ -6,6 +6,7 @@
 #include "diagnosis/model/condition_gram.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -66,16 +67,21 @@ std::vector<Eigen::Index> units_of(const Problem& problem, const State& state) {
   return units;
 }
 
-Projected project(const std::vector<ConditionGram>& shares, const Held& held, std::size_t group) {
-  const Eigen::Index columns = shares.front().tried[group].columns(), unknowns = held.fitted.size();
+/// @param information of the group in D^-1
+Projected project(const std::vector<ConditionGram>& shares, const Held& held, std::size_t group,
+                  const Eigen::MatrixXd& information) {
+  const Eigen::Index columns = information.cols(), unknowns = held.fitted.size();
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
-  Projected result;
-  result.information = Eigen::MatrixXd::Zero(columns, columns);
+  Eigen::MatrixXd random(random_directions * static_cast<Eigen::Index>(shares.size()), columns);
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    shares[i].tried[group].add_to(result.information);
+    random.middleRows(random_directions * static_cast<Eigen::Index>(i), random_directions) = shares[i].taken[group];
     for (std::size_t a = 0; a < held.parts[i].size(); ++a)
       cross.row(held.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
   }
+  Projected result;
+  result.information = information;
+  result.information.selfadjointView<Eigen::Lower>().rankUpdate(random.transpose(), -1);
+  result.information.triangularView<Eigen::StrictlyUpper>() = result.information.transpose();
   const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
   const Eigen::VectorXd before = result.information.diagonal();
   result.information -= cross.transpose() * taken;
@@ -223,9 +229,25 @@ Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Gr
       units_(units_of(problem, fit.state)),
       products_(problem.data.size()) {
   const auto rows = expected(problem, fit.state);
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-    products_[i] = products_of(problem, fit.state, rows[i], fit.jacobian, maps, groups, i);
-  });
+  using Sums = std::vector<Eigen::MatrixXd>;
+  Sums none;
+  for (const Group* group : groups) {
+    const auto columns =
+        static_cast<Eigen::Index>(group->columns.size() * (group->by_superpixel ? problem.design.superpixels() : 1));
+    none.emplace_back(Eigen::MatrixXd::Zero(columns, columns));
+  }
+  constexpr std::size_t grain = 16;  // conditions per sum
+  information_ = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<std::size_t>(0, rows.size(), grain), none,
+      [&](const tbb::blocked_range<std::size_t>& some, Sums sums) {
+        for (std::size_t i = some.begin(); i < some.end(); ++i)
+          products_[i] = products_of(problem, fit.state, rows[i], fit.jacobian, maps, groups, i, sums);
+        return sums;
+      },
+      [](Sums one, const Sums& other) {
+        for (std::size_t g = 0; g < one.size(); ++g) one[g] += other[g];
+        return one;
+      });
 }
 
 Scanner::~Scanner() = default;
@@ -246,8 +268,9 @@ Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::size_
   result.scores.resize(groups_);
   std::vector<Whitened> whitened(groups_);
   for (Score& score : result.scores) score.units = units_, score.stays = run_length_;
-  tbb::parallel_for(std::size_t{0}, groups_,
-                    [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
+  tbb::parallel_for(std::size_t{0}, groups_, [&](std::size_t g) {
+    whitened[g] = whiten(project(shares, held, g, information_[g]), result.scores[g]);
+  });
   if (flips > 0 && groups_ > 0) flip(whitened, result.scores, flips, seed);
   return result;
 }

@@ -72,6 +72,9 @@ class Scanner {
   double run_length_;
   std::vector<Eigen::Index> units_;  ///< of sign flips: of each condition, then of each shared random unknown
   std::vector<Products> products_;   ///< one per condition
+  /// Gram matrices of the groups' columns, summed over the conditions before the random directions are projected out:
+  /// matrices of single conditions would dominate the memory of a search.
+  std::vector<Eigen::MatrixXd> information_;
 };
 
 /// Scores at the fit's own variances, its jacobian projected out. @param flips number of draws; 0: no p-values
