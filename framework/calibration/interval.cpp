@@ -21,20 +21,28 @@ namespace {
 /// Interval by Student's t distribution of the levels' mean squares.
 Interval of_few(const std::vector<std::vector<double>>& levels) {
   const auto n = static_cast<double>(levels.size());
-  double mean = 0, variance = 0, total = 0;
+  double total = 0;
   for (const std::vector<double>& level : levels) total += static_cast<double>(level.size());
   std::vector<double> squares;  // weighted as in the mean of all values
   for (const std::vector<double>& level : levels) {
     const double rms = root_mean_square(level);
     squares.push_back(rms * rms * static_cast<double>(level.size()) * n / total);
-    mean += squares.back() / n;
   }
-  for (const double s : squares) variance += (s - mean) * (s - mean) / (n - 1);
-  const double half = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * std::sqrt(variance / n);
-  return {std::sqrt(mean), std::sqrt(std::max(mean - half, 0.0)), std::sqrt(mean + half)};
+  return root_of_mean(squares);
 }
 
 }  // namespace
+
+double student_95(double freedom) { return boost::math::quantile(boost::math::students_t(freedom), 0.975); }
+
+Interval root_of_mean(std::span<const double> mean_squares) {
+  const auto n = static_cast<double>(mean_squares.size());
+  double mean = 0, variance = 0;
+  for (const double s : mean_squares) mean += s / n;
+  for (const double s : mean_squares) variance += (s - mean) * (s - mean) / (n - 1);
+  const double half = student_95(n - 1) * std::sqrt(variance / n);
+  return {std::sqrt(mean), std::sqrt(std::max(mean - half, 0.0)), std::sqrt(mean + half)};
+}
 
 Interval interval_of(const std::map<double, std::vector<double>>& by_level) {
   std::vector<std::vector<double>> levels;

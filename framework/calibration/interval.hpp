@@ -6,6 +6,7 @@
 #include "calibration/board_measurement.hpp"
 
 #include <map>
+#include <span>
 #include <vector>
 
 namespace tofgraph::calibration {
@@ -14,6 +15,13 @@ namespace tofgraph::calibration {
 struct Interval {
   double value = unknown, low = unknown, high = unknown;
 };
+
+/// Half width of a 95 % interval in standard deviations that were estimated from the data: Student's t distribution.
+/// @param freedom degrees of freedom
+double student_95(double freedom);
+
+/// Square root of the mean of independent mean squares, with its 95 % interval by Student's t distribution of these.
+Interval root_of_mean(std::span<const double> mean_squares);
 
 double root_mean_square(const std::vector<double>& values);
 

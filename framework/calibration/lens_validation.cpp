@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/lens_validation.hpp"
 
+#include "calibration/interval.hpp"
 #include "calibration/lens_linearisation.hpp"
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <boost/math/distributions/students_t.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -230,13 +230,9 @@ HeldOutViews predict_left_out(const Observations& observations, const LensOption
   result.rms = std::sqrt(squares / (2 * corners));
   result.fitted = std::sqrt(fitted / (2 * corners));
   if (observations.expected) result.nominal = std::sqrt(by_profile / (2 * corners));
-  double mean = 0, spread = 0;
-  for (const double m : means) mean += m / static_cast<double>(n);
-  for (const double m : means) spread += (m - mean) * (m - mean) / static_cast<double>((n - 1) * n);
-  const boost::math::students_t student(static_cast<double>(n - 1));
-  const double half = boost::math::quantile(student, 0.975) * std::sqrt(spread);
-  result.low = std::sqrt(std::max(mean - half, 0.0));
-  result.high = std::sqrt(mean + half);
+  const Interval interval = root_of_mean(means);
+  result.low = interval.low;
+  result.high = interval.high;
   return result;
 }
 

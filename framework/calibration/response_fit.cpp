@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibration/response.hpp"
 
+#include "calibration/interval.hpp"
+
 #include <Eigen/Dense>
-#include <boost/math/distributions/students_t.hpp>
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
@@ -160,7 +161,7 @@ void set_interval(double value, const std::vector<double>& without, ResponseValu
   if (without.size() < level_count || std::ranges::any_of(without, [](double w) { return !std::isfinite(w); })) return;
   const Moments moments = moments_of(without);
   result.sd = std::sqrt((n - 1) * (n - 1) / n) * moments.sd;
-  const double half = boost::math::quantile(boost::math::students_t(n - 1), 0.975) * result.sd;
+  const double half = student_95(n - 1) * result.sd;
   result.low = value - half;
   result.high = value + half;
 }

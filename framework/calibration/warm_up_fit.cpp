@@ -3,8 +3,9 @@
 // Exponentials by variable projection: for given time constants the amplitudes follow from linear least squares.
 #include "calibration/warm_up.hpp"
 
+#include "calibration/interval.hpp"
+
 #include <Eigen/Dense>
-#include <boost/math/distributions/students_t.hpp>
 #include <boost/math/tools/minima.hpp>
 
 #include <tofgraph/physics/to_integer.hpp>
@@ -131,7 +132,7 @@ Matrix jacobian_of(const Vector& t, const std::vector<double>& taus, const Vecto
 /// Standard deviations of the parameters, scaled by Student's t distribution such that +-1.96 of them cover 95 %;
 /// infinite if the data do not determine a parameter.
 Vector standard_deviations(const Matrix& jacobian, double variance, double freedom) {
-  const double student = boost::math::quantile(boost::math::students_t(std::max(freedom, 1.0)), 0.975) / 1.96;
+  const double student = student_95(std::max(freedom, 1.0)) / 1.96;
   const Vector scale = jacobian.colwise().norm().cwiseMax(std::numeric_limits<double>::min());
   const Matrix scaled = jacobian * scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> system(scaled.transpose() * scaled);
