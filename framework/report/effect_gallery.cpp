@@ -146,7 +146,7 @@ class Gallery {
         if (std::isfinite(here)) most = std::max(most, std::abs(here));
       }
       map.limit = most < 1e-6 ? std::optional(1.0) : std::nullopt;  // rounding errors are shown as 0
-      return field_map(map, 228, 190);
+      return field_map(map, 220, 190);
     };
     const double range = physics::unambiguous_range(camera_.modulation_frequency);
     return {
@@ -182,8 +182,8 @@ class Gallery {
     c[2].name = "N1 / 2I";
     c[3].name = "N2 / a";
     const char* distance = "distance of the board / m";
-    return {chart({"a board: mean error of the distance", distance, "mm", {c[0]}}, 570, 240),
-            chart({"a board: the other channels", distance, "%", {c[1], c[2], c[3]}}, 570, 240)};
+    return {chart({"a board: mean error of the distance", distance, "mm", {c[0]}}, 560, 240),
+            chart({"a board: the other channels", distance, "%", {c[1], c[2], c[3]}}, 560, 240)};
   }
 
   const tofgraph_camera& camera_;
