@@ -128,6 +128,7 @@ py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writa
 }
 
 HeldFrame::HeldFrame(const tofgraph_frame& frame) : pool(frame.pool->shared_from_this()), metadata(frame.metadata) {
+  channels.reserve(frame.channels.size());
   std::ranges::copy_if(frame.channels, std::back_inserter(channels),
                        [](const tofgraph_frame::Channel& channel) { return static_cast<bool>(channel.buffer); });
 }
