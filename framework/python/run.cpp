@@ -184,6 +184,7 @@ template <class Condition> void Run::wait(const Condition& condition) {
     }
     if (!there && PyErr_CheckSignals() != 0) {
       py::error_already_set interrupt;
+      RunLock::interrupt();
       close();
       throw interrupt;
     }

@@ -211,12 +211,20 @@ class Mistakes(Folder):
             return type("Odd", (tg.Filter,), {"process": lambda self, frame: None, "__doc__": "Odd.", **members})
 
         for members, expected in (({"depth": tg.In("depth", unit="mm/")}, "unit"),
-                                  ({"depth": tg.In("depth", dtype="complex64")}, "float32, float64"),
+                                  ({"depth": tg.In("dpeth")}, ":5:.*node 'odd' .* needs dpeth; the input has .*depth"),
+                                  ({"depth": tg.In("depth", dtype="float64")}, ":5:.*'depth' is float32, expected float64"),
                                   ({"stage": tg.Param(1)}, "'stage'")):
             with self.subTest(expected), self.assertRaisesRegex((tg.ConfigurationError, TypeError), expected):
                 tg.Pipeline([*CHAIN, declared(**members)], "camcube2").check()
+        with self.assertRaisesRegex(TypeError, "float32, float64, .*, not complex64"):
+            tg.In("depth", dtype="complex64")
         with self.assertRaisesRegex(TypeError, "no process"):
             tg.Pipeline([*CHAIN, type("Empty", (tg.Filter,), {})], "camcube2")
+
+    def test_of_an_installation_without_numpy_are_told(self):
+        done = subprocess.run([sys.executable, "-c", "import sys; sys.modules['numpy'] = None; import tofgraph"],
+                              capture_output=True, text=True)
+        self.assertEqual(done.stderr.splitlines()[-1], "ImportError: tofgraph needs NumPy (Debian: python3-numpy)")
 
     def test_of_the_program_keep_their_kind(self):
         with self.assertRaisesRegex(tg.ConfigurationError, "no-such-campaign"):
@@ -263,6 +271,25 @@ class Stages(Folder):
         np.testing.assert_array_equal(mirrored["amplitude"], plain[:, ::-1])
         with self.assertRaisesRegex(tg.RunError, "doubles.*amplitude"):
             list(tg.Pipeline([*CHAIN, Doubles], "camcube2"))
+
+    def test_write_only_arrays_and_only_to_what_they_declare(self):
+        def writes(port, write):
+            return type("Writes", (tg.Filter,), {"__doc__": "Writes.", "depth": port,
+                                                 "process": lambda self, frame: write(frame)})
+
+        reads, changes = tg.In("depth"), tg.InOut("depth")
+        for port, write, expected in (
+                (reads, lambda f: f.modify("depth"), r"depth = tg.InOut\(\"depth\"\) \(.*python_test.py, line"),
+                (reads, lambda f: f.__setitem__("depth", f["depth"] + 1), "does not declare that it writes 'depth'"),
+                (changes, lambda f: f.__setitem__("dpeth", f["depth"] + 1), "does not declare that it writes 'dpeth'"),
+                (changes, lambda f: f.__setitem__("depth", 3.0), "'depth' takes a NumPy array, not float"),
+                (changes, lambda f: f.__setitem__("depth", f["depth"][::2]), "'depth' is float32 102 x 204, but .*204 x"),
+                (changes, lambda f: (yield True), "True, False or nothing, not generator"),
+                (reads, lambda f: f["depth"].fill(0), "read-only")):
+            with self.subTest(expected), self.assertRaisesRegex(tg.RunError, "node 'writes'.*frame 0: .*" + expected):
+                list(tg.Pipeline([*CHAIN, writes(port, write)], "camcube2"))
+        alternatives = writes(tg.InOut("range|depth"), lambda f: f.__setitem__("depth", np.ones((204, 204), np.float32)))
+        self.assertEqual(next(iter(tg.Pipeline([*CHAIN, alternatives], "camcube2")))["depth"].sum(), 204 * 204)
 
     def test_give_their_own_channels_a_unit(self):
         class Heat(tg.Filter):
@@ -484,6 +511,34 @@ class Endings(unittest.TestCase):
             run = lambda: tg.Pipeline([Endless, Collects], "camcube2").run()
             threading.Thread(target=run, daemon=True).start()
             time.sleep(0.3)
+            print("on the way")
+        """)
+
+    def test_by_ctrl_c_reach_a_stage_that_never_returns(self):
+        self.program("""
+            import signal
+            in_the_stage = threading.Event()
+
+            class Hangs(tg.Source):
+                "Never returns."
+                distance = tg.Out("distance")
+                def process(self, frame):
+                    in_the_stage.set()
+                    while True:
+                        time.sleep(0.001)
+
+            def press():
+                in_the_stage.wait()
+                os.kill(os.getpid(), signal.SIGINT)
+
+            for call in (lambda: tg.Pipeline([Hangs], "camcube2").run(), lambda: list(tg.Pipeline([Hangs], "camcube2"))):
+                in_the_stage.clear()
+                threading.Thread(target=press).start()
+                try:
+                    call()
+                except KeyboardInterrupt:
+                    pass
+            tg.Pipeline([Endless, Collects], "camcube2").run(count=3)  # is not interrupted
             print("on the way")
         """)
 
