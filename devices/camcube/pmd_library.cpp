@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "devices/camcube/pmd_library.hpp"
 
+#include "config/architecture.hpp"
+
 #include <dlfcn.h>
-#include <elf.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 namespace tofgraph::camcube {
 namespace {
@@ -26,37 +26,10 @@ std::string sdk_folder() {
   return folder != nullptr && *folder != '\0' ? folder : "/usr/local/pmd";
 }
 
-std::string machine_name(unsigned machine) {
-  switch (machine) {
-    case EM_386:
-      return "x86 of 32 bits";
-    case EM_X86_64:
-      return "x86-64";
-    case EM_ARM:
-      return "ARM of 32 bits";
-    case EM_AARCH64:
-      return "ARM of 64 bits";
-    default:
-      return fmt::format("machine {}", machine);
-  }
-}
-
-/// Machine for which a library file was built, or nothing.
-unsigned machine_of(const std::string& path) {
-  unsigned char head[20] = {};
-  std::ifstream(path, std::ios::binary).read(reinterpret_cast<char*>(head), sizeof head);
-  if (!std::equal(head, head + SELFMAG, ELFMAG)) return EM_NONE;
-  const bool big = head[EI_DATA] == ELFDATA2MSB;
-  return big ? unsigned{head[18]} << 8U | head[19] : unsigned{head[19]} << 8U | head[18];
-}
-
 std::string why_not(const std::string& path, const std::string& loader_says) {
   std::error_code error;
   if (path.find('/') != std::string::npos && !fs::exists(path, error)) return path + ": there is no such file";
-  const unsigned its = machine_of(path), ours = machine_of("/proc/self/exe");
-  if (its != EM_NONE && its != ours)
-    return fmt::format("{}: is for another architecture: {}, this program is {}", path, machine_name(its),
-                       machine_name(ours));
+  if (const std::string other = config::other_architecture(path); !other.empty()) return path + ": " + other;
   return loader_says.starts_with(path) ? loader_says : path + ": " + loader_says;
 }
 

@@ -36,6 +36,7 @@ Headers, CMake package and pkg-config file for plugins,
 and for programs that run pipelines.")
 set(CPACK_DEBIAN_LIBTOFGRAPH-DEV_PACKAGE_RECOMMENDS "cmake, g++, make | ninja-build")
 set(CPACK_DEBIAN_LIBTOFGRAPH-DEV_PACKAGE_SUGGESTS libpcl-dev)
+set(CPACK_DEBIAN_PYTHON3-TOFGRAPH_PACKAGE_SUGGESTS python3-open3d)
 # The package is built for one version of Python.
 set(python python3)
 if(PYTHON_VERSION_MINOR)

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Checks without frames: the library, its descriptor, its parameters, creation and destruction.
+#include "config/architecture.hpp"
 #include "conformance/allocations.hpp"
 #include "conformance/values.hpp"
 #include "simulation/files/effect.hpp"
@@ -90,7 +91,10 @@ std::string loads(const Subject& subject) {
   void* library = nullptr;
   const std::optional<std::string> printed =
       printed_by([&] { library = dlopen(subject.path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE); });
-  if (library == nullptr) throw Violation(dlerror());
+  if (library == nullptr) {
+    const std::string error = dlerror(), other = config::other_architecture(subject.path.string());
+    throw Violation(other.empty() ? error : other);
+  }
   const double seconds = processor_seconds() - before;
   const double elapsed = std::chrono::duration<double>(Clock::now() - start).count();
   const double waited = elapsed - (willing_seconds() - willing_before);

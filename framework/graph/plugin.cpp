@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "graph/plugin.hpp"
 
+#include "config/architecture.hpp"
 #include "config/diagnostics.hpp"
 #include "config/paths.hpp"
 
@@ -40,6 +41,8 @@ namespace {
     refuse(file, fmt::format("needs the library '{}', which is not installed", error.substr(0, found)),
            "install the package that has it, or set its folder in LD_LIBRARY_PATH");
   }
+  if (const std::string other = config::other_architecture(file.path.string()); !other.empty())
+    refuse(file, other, "build it for this machine");
   refuse(file, "cannot be loaded: " + error, "is it a shared library for this machine?");
 }
 

@@ -128,6 +128,7 @@ py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writa
 }
 
 HeldFrame::HeldFrame(const tofgraph_frame& frame) : pool(frame.pool->shared_from_this()), metadata(frame.metadata) {
+  channels.reserve(frame.channels.size());
   std::ranges::copy_if(frame.channels, std::back_inserter(channels),
                        [](const tofgraph_frame::Channel& channel) { return static_cast<bool>(channel.buffer); });
 }
@@ -137,8 +138,22 @@ tofgraph_frame& StageFrame::get() const {
   return *frame_;
 }
 
-void StageFrame::set(const std::string& channel, const py::array& given) const {
+const std::optional<std::string>& StageFrame::unit_to_write(const std::string& channel) const {
+  auto found = outputs_->find(channel);
+  if (found == outputs_->end()) found = outputs_->find("*");
+  if (found == outputs_->end())
+    throw py::type_error("the stage does not declare that it writes '" + channel + "', e.g. " + channel +
+                         " = tg.InOut(\"" + channel + "\")");
+  return found->second;
+}
+
+void StageFrame::set(const std::string& channel, const py::object& object) const {
   tofgraph_frame& frame = get();
+  const std::optional<std::string>& own = unit_to_write(channel);
+  if (!py::isinstance<py::array>(object))
+    throw py::type_error("channel '" + channel + "' takes a NumPy array, not " +
+                         py::str(py::type::of(object).attr("__name__")).cast<std::string>());
+  const auto given = py::reinterpret_borrow<py::array>(object);
   if (given.ndim() < 1 || given.ndim() > 4)
     throw py::value_error("channel '" + channel + "' has one to four dimensions, the array has " +
                           std::to_string(given.ndim()));
@@ -159,8 +174,7 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
   }
   view.channel = channel.c_str();
   const tofgraph_frame::Channel* present = frame.find(channel);
-  const auto own = units_->find(channel);
-  const std::string unit = own != units_->end() ? own->second : present != nullptr ? present->unit : unit_of(channel);
+  const std::string unit = own ? *own : present != nullptr ? present->unit : unit_of(channel);
   view.unit = unit.c_str();
   PyObject* owner = array.inc_ref().ptr();
   if (graph::host_table().share(&frame, &view, owner, release_array) == TOFGRAPH_STATUS_OK) return;
@@ -170,6 +184,7 @@ void StageFrame::set(const std::string& channel, const py::array& given) const {
 
 py::array StageFrame::modify(const std::string& channel) const {
   tofgraph_frame& frame = get();
+  static_cast<void>(unit_to_write(channel));
   const tofgraph_frame::Channel& now = find(frame.channels, channel);
   // A second call to modify() would see the first array as another reader and copy the channel.
   if (const auto lent = modified_.find(channel); lent != modified_.end() && lent->second.data() == now.buffer.data())

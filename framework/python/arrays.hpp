@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,26 +45,31 @@ struct HeldFrame {
   tofgraph_metadata metadata{};
 };
 
-/// Units of channels by name.
-using Units = std::map<std::string, std::string, std::less<>>;
+/// Channels that a stage may write ("*": every channel), with the unit of those that it creates.
+using Outputs = std::map<std::string, std::optional<std::string>, std::less<>>;
 
 /// Frame passed to a stage written in Python, valid during the call.
 class StageFrame {
  public:
-  /// @param units of the channels that the stage declares or announces; must outlive the call
-  StageFrame(tofgraph_frame* frame, const Units& units) : frame_(frame), units_(&units) {}
+  /// @param outputs channels that the stage declares or announces; must outlive the call
+  StageFrame(tofgraph_frame* frame, const Outputs& outputs) : frame_(frame), outputs_(&outputs) {}
   /// Makes all lent arrays read-only.
   void end();
   /// @throws std::runtime_error after the call has ended
   tofgraph_frame& get() const;
   /// Stores an array as a channel, without a copy if the array owns its memory and is contiguous.
-  void set(const std::string& channel, const py::array& array) const;
+  /// @throws py::type_error if the stage may not write the channel, or if it is no array that a channel can hold
+  void set(const std::string& channel, const py::object& array) const;
   /// Returns a writable array: the channel's own memory, or a copy if it has other readers.
+  /// @throws py::type_error if the stage may not write the channel
   py::array modify(const std::string& channel) const;
 
  private:
+  /// Unit given to a channel that the stage may write, or nothing if it keeps its unit.
+  const std::optional<std::string>& unit_to_write(const std::string& channel) const;
+
   tofgraph_frame* frame_;
-  const Units* units_;
+  const Outputs* outputs_;
   mutable std::map<std::string, py::array> modified_;  ///< arrays lent by modify()
 };
 

@@ -73,6 +73,7 @@ PYBIND11_MODULE(_core, module) {
   py::register_local_exception_translator(translate);
   add_frames(module);
   add_setup(module);
+  module.def("type_of", [](const py::object& dtype) { return type_of(py::dtype::from_args(dtype)); });
   const py::class_<OwnStage> own_stage(module, "OwnStage");
   module.def("plugin_of", [](const py::object& stage_class, const py::dict& declaration) {
     return OwnStage{&plugin_of(stage_class, declaration)};

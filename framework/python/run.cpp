@@ -115,15 +115,13 @@ void Run::leave_all() {
 std::shared_ptr<HeldFrame> Run::next() {
   const Inside inside;
   std::shared_ptr<HeldFrame> frame;
-  wait([&] { return !queue_.empty() || over_; });
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!queue_.empty()) {
-      frame = std::move(queue_.front());
-      queue_.pop_front();
-      changed_.notify_all();
-    }
-  }
+  wait([&] {
+    if (queue_.empty()) return over_;
+    frame = std::move(queue_.front());
+    queue_.pop_front();
+    room_.notify_one();
+    return true;
+  });
   if (!frame) end();
   return frame;
 }
@@ -142,7 +140,7 @@ void Run::close() {
     const std::scoped_lock lock(mutex_);
     closing_ = true;
     dropped.swap(queue_);
-    changed_.notify_all();
+    room_.notify_all();
     if (runner_) runner_->stop();
   }
   if (RunLock::held()) return;  // the caller may be this run's own thread; discard() waits on another one
@@ -167,11 +165,13 @@ py::dict Run::result() const {
 
 void Run::receive(tofgraph_frame& frame) {
   auto held = std::make_shared<HeldFrame>(frame);
-  std::unique_lock lock(mutex_);
-  changed_.wait(lock, [this] { return queue_.size() < capacity_ || closing_; });
-  if (closing_) return;
-  queue_.push_back(std::move(held));
-  changed_.notify_all();
+  {
+    std::unique_lock lock(mutex_);
+    room_.wait(lock, [this] { return queue_.size() < capacity_ || closing_; });
+    if (closing_) return;
+    queue_.push_back(std::move(held));
+  }
+  changed_.notify_one();  // without the mutex, for which the woken thread would wait again
 }
 
 /// Waits without the GIL and checks for Ctrl-C meanwhile.
@@ -184,6 +184,7 @@ template <class Condition> void Run::wait(const Condition& condition) {
     }
     if (!there && PyErr_CheckSignals() != 0) {
       py::error_already_set interrupt;
+      RunLock::interrupt();
       close();
       throw interrupt;
     }

@@ -97,7 +97,8 @@ class Run {
   std::thread thread_;
   mutable std::mutex mutex_;
   std::mutex join_mutex_;
-  std::condition_variable changed_;
+  std::condition_variable changed_;  ///< a frame has arrived, or the run is over
+  std::condition_variable room_;     ///< the queue has room, or the run is to end
   std::deque<std::shared_ptr<HeldFrame>> queue_;
   graph::RunResult result_;
   bool over_ = false, closing_ = false;

@@ -6,6 +6,7 @@
 #include <pybind11/pybind11.h>
 
 #include <mutex>
+#include <set>
 #include <vector>
 
 namespace tofgraph::python {
@@ -55,18 +56,30 @@ class ThreadState {
 class RunLock {
  public:
   RunLock() {
-    ++depth;
+    if (depth++ == 0) inside_.insert(PyThread_get_thread_ident());
     if (is_new_) state.keep(lock_);
   }
-  ~RunLock() { --depth; }
+  ~RunLock() {
+    if (--depth > 0) return;
+    if (interrupted_) PyThreadState_SetAsyncExc(PyThread_get_thread_ident(), nullptr);  // not in its next call
+    inside_.erase(PyThread_get_thread_ident());
+  }
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
   /// Returns true inside a callback of a run.
   static bool held() { return depth > 0; }
+  /// Raises KeyboardInterrupt in all threads that are inside a callback, e.g. a stage that never returns: Ctrl-C
+  /// reaches only Python's main thread. Requires the GIL.
+  static void interrupt() {
+    interrupted_ = true;
+    for (const unsigned long thread : inside_) PyThreadState_SetAsyncExc(thread, PyExc_KeyboardInterrupt);
+  }
 
  private:
   inline static thread_local int depth = 0;
   inline static thread_local ThreadState state;
+  inline static std::set<unsigned long> inside_;  ///< threads by Python's number; guarded by the GIL
+  inline static bool interrupted_ = false;
   bool is_new_ =
       PyGILState_GetThisThreadState() == nullptr;  ///< the thread is not Python's, and enters for the first time
   pybind11::gil_scoped_acquire lock_;

@@ -15,6 +15,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 
 namespace tofgraph::python {
@@ -35,16 +36,19 @@ struct Working {
   py::object self;
   const tofgraph_host* host;
   void* context;
-  Units units;  ///< of the channels that it creates
+  Outputs outputs;
 };
 
-/// Units of the output channels of a plugin's ports.
-Units made_units(const graph::Plugin& plugin) {
-  Units units;
+/// Channels of a plugin's output ports.
+Outputs outputs_of(const graph::Plugin& plugin) {
+  Outputs outputs;
   for (const tofgraph_port& port : plugin.own_ports) {
-    if (port.direction == TOFGRAPH_DIRECTION_OUT) units[port.channel] = port.unit;
+    if (port.direction == TOFGRAPH_DIRECTION_OUT) outputs[port.channel] = port.unit;
+    if (port.direction != TOFGRAPH_DIRECTION_INOUT) continue;
+    std::istringstream alternatives(port.channel);
+    for (std::string channel; std::getline(alternatives, channel, '|');) outputs[channel] = std::nullopt;
   }
-  return units;
+  return outputs;
 }
 
 /// Formats an exception as "ValueError: text (file.py, line 12)".
@@ -93,7 +97,7 @@ py::object value_of(const tofgraph_parameter& parameter, const tofgraph_value& v
 int create(const tofgraph_host* host, void* context, const tofgraph_value* values, void** self) {
   return guarded(host, context, [&] {
     const auto& plugin = static_cast<const ClassPlugin&>(static_cast<const graph::Instance*>(context)->plugin());
-    auto made = std::make_unique<Working>(Working{plugin.stage_class(), host, context, made_units(plugin)});
+    auto made = std::make_unique<Working>(Working{plugin.stage_class(), host, context, outputs_of(plugin)});
     const std::size_t stride = plugin.parameter_count != 0 ? values->size : 0;
     const Strided<const tofgraph_value> given{values, stride, plugin.parameter_count};
     for (std::size_t i = 0; i < plugin.parameter_count; ++i) {
@@ -163,7 +167,7 @@ class PythonSetup {
     channel.rank = static_cast<std::uint32_t>(shape.size());
     std::ranges::copy(shape, channel.extent);
     stage_->host->provide(stage_->context, &channel);
-    stage_->units[name] = unit;
+    stage_->outputs[name] = unit;
   }
   void use_profile(const std::string& name) const {
     static_cast<void>(stream());
@@ -208,12 +212,13 @@ int prepare(void* self, const tofgraph_stream* const* streams, std::uint64_t /*c
 int process(void* self, tofgraph_frame* const* frames, std::uint64_t /*count*/) {
   Working& stage = working(self);
   return guarded(stage.host, stage.context, [&] {
-    const py::object frame = py::cast(StageFrame(*frames, stage.units));
+    const py::object frame = py::cast(StageFrame(*frames, stage.outputs));
     const Ending end(frame.cast<StageFrame&>());
     const py::object result = stage.self.attr("process")(frame);
     if (result.is_none()) return TOFGRAPH_STATUS_OK + 0;
     if (!py::isinstance<py::bool_>(result) && !py::isinstance(result, py::module_::import("numpy").attr("bool_")))
-      throw py::type_error("process() returns True, False or nothing");
+      throw py::type_error("process() returns True, False or nothing, not " +
+                           py::str(py::type::of(result).attr("__name__")).cast<std::string>());
     return result.cast<bool>() ? TOFGRAPH_STATUS_OK + 0 : TOFGRAPH_STATUS_END + 0;
   });
 }
@@ -245,7 +250,7 @@ std::vector<tofgraph_port> ports_of(ClassPlugin& plugin, const py::list& declare
     made.unit = plugin.text(port, "unit", known != nullptr ? known->unit : "");
     made.text = plugin.text(port, "text", known != nullptr ? known->text : "");
     if (!port["dtype"].is_none())
-      made.type = type_of(py::dtype::from_args(port["dtype"]));
+      made.type = port["dtype"].cast<std::uint32_t>();
     else
       made.type = known != nullptr ? known->type : TOFGRAPH_TYPE_ANY + 0U;
     made.direction = port["direction"].cast<std::uint32_t>();

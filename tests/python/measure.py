@@ -6,13 +6,15 @@ NumPy compared with the call alone. Verifies by addresses that nothing is copied
 
     PYTHONPATH=build/lib/python3/dist-packages tests/python/measure.py [--repetitions 15]
 
-Medians of interleaved repetitions, elapsed and processor time (of all threads), in microseconds per frame: the
-difference between a long and a short run, since building a pipeline takes a fifth of a second. Elapsed time needs a
-quiet machine. Exits with 1 if more than 20 us per frame are added, or if an array is a copy.
+Each repetition measures a run of the same pipeline without Python, then with it: elapsed time and processor time of
+all threads, in microseconds per frame, as the difference between a long and a short run, since building a pipeline
+takes a fifth of a second. Printed are the medians, and as "added" the median of the differences within a repetition.
+For iteration these are the wake-up of the iterating thread, the frame object and, in the lines with arrays, a NumPy
+array; for a stage the call of its method with the frame object and its arrays. Elapsed time needs a quiet machine.
+Exits with 1 if more than 20 us per frame are added, or if an array is a copy.
 """
 
 import argparse
-import statistics
 import sys
 import time
 
@@ -86,22 +88,21 @@ def timed(call, frames):
     return time.perf_counter() - wall, time.process_time() - cpu
 
 
-def medians(calls, repetitions, frames):
-    """Returns name -> median elapsed and processor time per frame, with interleaved calls."""
+def measured(calls, repetitions, frames):
+    """Returns name -> elapsed and processor time per frame of each repetition, with interleaved calls."""
     times = {name: [] for name in calls}
     short = frames // 10
     for _ in range(repetitions):
         for name, call in calls.items():
-            times[name].append([(b - a) / (frames - short) for a, b in zip(timed(call, short), timed(call, frames))])
-    return {name: tuple(statistics.median(column) for column in zip(*rows)) for name, rows in times.items()}
+            times[name].append(np.subtract(timed(call, frames), timed(call, short)) / (frames - short))
+    return {name: np.array(rows) for name, rows in times.items()}
 
 
-def report(name, whole, peer, of_numpy=(0, 0)):
+def report(name, whole, peer, of_numpy=np.zeros((1, 2))):
     """Prints a line. @returns whether the time added by Python is acceptable"""
-    added = [1e6 * (a - b - n) for a, b, n in zip(whole, peer, of_numpy)]
-    rows = zip([1e6 * s for s in peer], [1e6 * s for s in of_numpy], [1e6 * s for s in whole], added)
-    print(f"{name:32}" + "".join(f"{value:8.1f}" for row in rows for value in row))
-    return max(added) <= 1e6 * ALLOWED
+    columns = [np.median(times, axis=0) for times in (peer, of_numpy, whole, whole - peer - of_numpy)]
+    print(f"{name:32}" + "".join(f"{1e6 * value:8.1f}" for row in zip(*columns) for value in row), flush=True)
+    return max(columns[-1]) <= ALLOWED
 
 
 def nodes_of(stages, frames):
@@ -116,9 +117,9 @@ def iteration(repetitions, stages, channel, frames):
         for frame in tg.Pipeline(nodes_of(stages, count), CAMERA):
             frame[channel]
 
-    done = medians({"alone": lambda count: tg.Pipeline(nodes_of(stages, count), CAMERA).run(),
-                    "frames": lambda count: [None for _ in tg.Pipeline(nodes_of(stages, count), CAMERA)],
-                    "arrays": arrays}, repetitions, frames)
+    done = measured({"alone": lambda count: tg.Pipeline(nodes_of(stages, count), CAMERA).run(),
+                     "frames": lambda count: [None for _ in tg.Pipeline(nodes_of(stages, count), CAMERA)],
+                     "arrays": arrays}, repetitions, frames)
     return report(f"frames with {channel}", done["frames"], done["alone"]) & \
         report(f"{channel} of each frame", done["arrays"], done["alone"])
 
@@ -132,10 +133,10 @@ def stages(repetitions, frames):
         return lambda count: [call() for _ in range(count)]
 
     array, result = np.ones(SHAPE, np.float32), np.empty(SHAPE, np.float32)
-    done = medians({"none": run(), "reads": run(Reads), "changes": run(Changes), "makes": run(Makes),
-                    "numpy to another": alone(lambda: np.add(array, 1, out=result)),
-                    "numpy in place": alone(lambda: np.add(array, 1, out=array)),
-                    "numpy to a new one": alone(lambda: array + np.float32(1))}, repetitions, frames)
+    done = measured({"none": run(), "reads": run(Reads), "changes": run(Changes), "makes": run(Makes),
+                     "numpy to another": alone(lambda: np.add(array, 1, out=result)),
+                     "numpy in place": alone(lambda: np.add(array, 1, out=array)),
+                     "numpy to a new one": alone(lambda: array + np.float32(1))}, repetitions, frames)
     return report("stage that reads a channel", done["reads"], done["none"], done["numpy to another"]) & \
         report("stage that changes a channel", done["changes"], done["none"], done["numpy in place"]) & \
         report("stage that makes a channel", done["makes"], done["none"], done["numpy to a new one"])

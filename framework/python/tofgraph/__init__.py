@@ -9,6 +9,11 @@
 Lengths are in metres, times in seconds, frequencies in hertz, temperatures in kelvin.
 """
 
+try:
+    import numpy as _numpy
+except ImportError as error:
+    raise ImportError("tofgraph needs NumPy (Debian: python3-numpy)") from error
+
 from ._core import Frame, version as __version__
 from ._errors import ConfigurationError, ParameterError, RunError
 from ._stage import Filter, In, InOut, Out, Param, Sink, Source

@@ -25,5 +25,6 @@ def open3d_cloud(frame):
     try:
         import open3d
     except ImportError as error:
-        raise ImportError("Open3D is not installed; tofgraph.cloud() gives the same points as an array") from error
+        raise ImportError("Open3D is not installed (Debian: python3-open3d); tofgraph.cloud() gives the same points "
+                          "as an array") from error
     return open3d.geometry.PointCloud(open3d.utility.Vector3dVector(cloud(frame).astype("float64")))

@@ -132,8 +132,7 @@ class Pipeline:
         _running.add(run)
         self._warn(run.warnings)
         try:
-            while (frame := run.next()) is not None:
-                yield frame
+            yield from iter(run.next, None)  # keeps no frame while it waits for the next
             self._warn(run.result()["warnings"])
         finally:
             run.close()

@@ -18,6 +18,7 @@ KINDS = {"bool": 1, "integer": 2, "number": 3, "text": 4, "choice": 5, "numbers"
 class _Port:
     def __init__(self, channel, dtype=None, shape=None, unit=None, optional=False, text=None, needs=None,
                  refuses=None, adds=None):
+        dtype = None if dtype is None else _core.type_of(dtype)  # a mistake is found where it is written
         self.fields = {"channel": channel, "dtype": dtype, "shape": shape, "unit": unit, "optional": optional,
                        "text": text, "needs": needs, "refuses": refuses, "adds": adds}
 
