@@ -41,7 +41,7 @@ config::Value reading_pipeline(const ReadingArguments& a, const std::string& out
   set_plain("integration_time", a.integration_time);
   set_plain("modulation_frequency", a.modulation_frequency);
   set_plain("frame_rate", a.frame_rate);
-  text += "  - stage: capture_writer\n";
+  text += "  - stage: capture_writer\n    write_behind: 16\n";  // files, unlike cameras, wait for a slow disk
   set("path", out);
   return config::parse_document("convert", text, std::filesystem::current_path());
 }

@@ -96,7 +96,8 @@ void add_amplitude_orientation(Inspection& result) {
   const double noise = std::isfinite(result.surfaces.pixel_noise) ? result.surfaces.pixel_noise : 0;
   const std::vector<std::size_t> edges = edges_of(o, noise);
   if (edges.size() < min_edges || 5 * edges.size() > o.pixels()) {
-    result.undecided.emplace_back("the orientation of the amplitude against the lengths: too few edges of depth");
+    result.undecided.emplace_back(
+        "the orientation of the amplitude relative to the lengths: there are too few edges in the depth");
     return;
   }
   const std::vector<double> ranks = ranks_of(o);
@@ -112,13 +113,13 @@ void add_amplitude_orientation(Inspection& result) {
   if (stated > max_stated_score || score < min_score) return;
   result.findings.push_back(
       {"amplitude_orientation",
-       fmt::format("the amplitude is {} against the lengths",
+       fmt::format("the amplitude is {} relative to the lengths",
                    std::string_view(best.mirror) == "none"
                        ? fmt::format("turned by {} deg", 360 - best.turn)
                        : fmt::format("mirrored{}", best.turn != 0 ? " and turned" : "")),
        fmt::format(
-           "at the {} pixels of edges of depth the steps of the amplitude have a mean rank of {:.2f} as stated, "
-           "{:.2f} so; by chance 0.5",
+           "at the {} pixels of edges in the depth the steps of the amplitude have a mean rank of {:.2f} as stated, "
+           "{:.2f} with this correction; 0.5 is expected by chance",
            edges.size(), stated, score),
        fmt::format("in the layout, channel amplitude: {}", layout_keys(best)), io::unknown, io::unknown});
 }

@@ -80,9 +80,9 @@ std::string lines_of(const std::vector<Reading>& readings, const physics::Exposu
 
 void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
   result.undecided.push_back(fmt::format(
-      "the order of the raw images: {}; the median length is in brackets. A known distance decides: measure that of "
-      "one point, or record the scene again from a known step farther away: lengths must rise by the step, and the "
-      "amplitude must fall",
+      "the order of the raw images: {}; the median distance, half of the path of the light, is in brackets. A known "
+      "distance decides: measure that of one point, or record the scene again from a known step farther away: lengths "
+      "must rise by the step, and the amplitude must fall",
       lines_of(flat, result.observation.stated)));
 }
 
@@ -93,11 +93,10 @@ bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const
   f.text = "the raw images are not in the stated order, or have other phases";
   f.evidence = other.why;
   if (flat.empty()) {
-    f.mend = "no order that fits was found: see docs/formats/profile.md, Exposures";
+    f.mend = "no matching order was found: see docs/formats/profile.md, Exposures";
   } else if (flat.size() == 1) {
     f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
-    if (flat[0].flatness.count > 0)
-      f.evidence += "; the only order that is possible by its light and keeps planes flat";
+    if (flat[0].flatness.count > 0) f.evidence += "; no other order agrees with the amplitudes and keeps planes flat";
     if (!same(flat[0].exposures, result.observation.exposures))
       result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
   } else {
@@ -122,8 +121,8 @@ void add_flatter_order(Inspection& result, const io::CaptureReader& capture, con
   if (now < min_order_deviation * stated.length || explained < min_order_explained) return;
   Finding f{.kind = "exposures", .size = now, .explained = explained};
   f.text = "the raw images are not in the stated order, or have other phases";
-  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm so, at {}", 1e3 * now,
-                           config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
+  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm in this order, at {}",
+                           1e3 * now, config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
                            config::format_quantity(std::round(1e3 * flat[0].length) / 1e3, "m"));
   f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
   result.findings.push_back(f);

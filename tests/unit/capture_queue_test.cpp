@@ -6,8 +6,13 @@
 #include <hdf5.h>
 #include <tofgraph/array.hpp>
 
-#include <algorithm>
+#include <malloc.h>
 
+#include <algorithm>
+#include <atomic>
+#include <thread>
+
+#include "io/captures/capture_hdf5.hpp"
 #include "io/captures/queued_capture.hpp"
 #include "io/captures/repair.hpp"
 #include "tests/unit/capture_fixture.hpp"
@@ -59,6 +64,43 @@ TEST_F(CaptureFile, WrittenBehindIsWrittenWholeAndInOrder) {
     EXPECT_EQ(plain_frames(path), 50U);
     fs::remove(path);
   }
+}
+
+TEST_F(CaptureFile, TheLimitOfTheQueueIsThatOfItsMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer replaces the memory allocator";
+#endif
+  constexpr std::uint32_t tiny = 2;
+  constexpr std::size_t limit = 2'000'000;
+  io::CaptureHeader header;
+  header.camera = "test";
+  header.width = header.height = tiny;
+  QueuedCapture queue(
+      std::make_unique<CaptureWriter>(
+          path, header, std::vector<io::CaptureChannel>{{"range", TOFGRAPH_TYPE_F32, {tiny, tiny}, "m", "", "", ""}}),
+      limit);
+  std::atomic<std::size_t> given = 0;
+  const std::size_t before = mallinfo2().uordblks;
+  std::thread producer;
+  {
+    const io::h5::Lock nothing_is_written;
+    producer = std::thread([&] {
+      for (; given < 12'000; ++given) append_frame(queue, tiny, given, given);
+    });
+    std::size_t seen = 0;
+    do {
+      seen = given;
+      std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    } while (given != seen);
+    EXPECT_LT(given, 12'000U) << "the producer waits";
+    EXPECT_GT(given, 4000U);
+    const std::size_t taken = mallinfo2().uordblks - before;
+    EXPECT_LT(taken, limit * 5 / 4) << given << " frames wait";
+    EXPECT_GT(taken, limit / 2);
+  }
+  producer.join();
+  queue.finish();
+  EXPECT_EQ(CaptureReader(path).frames(), 12'000U);
 }
 
 TEST_F(CaptureFile, WithoutFinishWhatWaitsIsWrittenAndThePartStays) {

@@ -16,11 +16,17 @@
 namespace tofgraph::io {
 namespace {
 
-/// Size of a view without gaps; other views are rejected when they are written.
+/// Size of a view without gaps, in bytes; other views are rejected when they are written.
 std::size_t bytes_of(const tofgraph_view& view) {
   std::size_t bytes = view.data != nullptr ? element_size(view.type) : 0;
   for (std::uint32_t i = 0; i < view.rank; ++i) bytes *= view.extent[i];
   return bytes;
+}
+
+/// The same, rounded up so that the next view is aligned.
+std::size_t aligned_bytes_of(const tofgraph_view& view) {
+  constexpr std::size_t alignment = alignof(std::max_align_t);
+  return (bytes_of(view) + alignment - 1) / alignment * alignment;
 }
 
 }  // namespace
@@ -61,7 +67,7 @@ bool QueuedCapture::write_one(std::unique_lock<std::mutex>& lock) {
   lock.lock();
   const bool written = problem.empty();
   if (written) {
-    bytes_ -= frame.bytes;
+    bytes_ -= frame.bytes();
     keep(std::move(frame));
   } else {
     error_ = std::move(problem);
@@ -89,25 +95,27 @@ QueuedCapture::Waiting QueuedCapture::copy_of(const tofgraph_metadata& metadata,
   }
   frame.metadata = metadata;
   frame.views.assign(views.begin(), views.end());
-  frame.data.resize(views.size());
-  frame.bytes = 0;
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    const std::size_t bytes = bytes_of(views[i]);
-    frame.data[i].resize(bytes);
-    if (bytes != 0) std::memcpy(frame.data[i].data(), views[i].data, bytes);
-    if (views[i].data != nullptr) frame.views[i].data = frame.data[i].data();
-    frame.bytes += bytes;
+  std::size_t bytes = 0;
+  for (const tofgraph_view& view : views) bytes += aligned_bytes_of(view);
+  frame.data.resize(bytes);
+  std::byte* at = frame.data.data();
+  for (tofgraph_view& view : frame.views) {
+    if (view.data == nullptr) continue;
+    std::memcpy(at, view.data, bytes_of(view));
+    view.data = at;
+    at += aligned_bytes_of(view);
   }
   return frame;
 }
 
 void QueuedCapture::append(const tofgraph_metadata& metadata, std::span<const tofgraph_view> views) {
   Waiting frame = copy_of(metadata, views);
+  const std::size_t bytes = frame.bytes();
   {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return error_ || bytes_ == 0 || bytes_ + frame.bytes <= max_bytes_; });
+    changed_.wait(lock, [&] { return error_ || bytes_ == 0 || bytes_ + bytes <= max_bytes_; });
     if (error_) fail(1);
-    bytes_ += frame.bytes;
+    bytes_ += bytes;
     ++taken_;
     queue_.push_back(std::move(frame));
   }

@@ -22,7 +22,7 @@ namespace tofgraph::io {
 /// full. For a single caller.
 class QueuedCapture {
  public:
-  /// @param max_bytes limit of the queued frames; one frame may always be queued
+  /// @param max_bytes limit of the memory of the queued frames; one frame may always be queued
   QueuedCapture(std::unique_ptr<CaptureWriter> writer, std::size_t max_bytes);
   /// Writes the queued frames; without finish() the file keeps its temporary name.
   ~QueuedCapture();
@@ -38,9 +38,9 @@ class QueuedCapture {
  private:
   struct Waiting {
     tofgraph_metadata metadata{};
-    std::vector<std::vector<std::byte>> data;
-    std::vector<tofgraph_view> views;
-    std::size_t bytes = 0;
+    std::vector<std::byte> data;       ///< of all views, each aligned for any type
+    std::vector<tofgraph_view> views;  ///< into `data`
+    std::size_t bytes() const { return sizeof *this + data.size() + views.size() * sizeof(tofgraph_view); }
   };
 
   void write_all();
