@@ -91,7 +91,7 @@ class DumpRecording final : public Recording {
   void read(std::size_t index, const Frame& frame) override {
     in_.seekg(static_cast<std::streamoff>(index * buffer_.size()));
     in_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
-    if (!in_) throw Fault("cannot read " + settings_.file + " to its end: did it shrink?", true);
+    if (!in_) throw Fault("cannot read " + settings_.file + " to its end: it became shorter while it was read", true);
     write_raw(settings_.layout, buffer_, frame);
   }
 

@@ -61,7 +61,7 @@ std::optional<foreign::HeaderDoubt> header_doubt_of(const InspectArguments& argu
 void add_header_doubt(const foreign::HeaderDoubt& doubt, inspection::Inspection& result) {
   if (doubt.mend.empty()) return result.undecided.push_back(doubt.text + ": " + doubt.evidence);
   result.findings = {{"headers", doubt.text, doubt.evidence, doubt.mend, io::unknown, io::unknown}};
-  result.undecided = {"everything else, until the images begin where they should"};
+  result.undecided = {"everything else, until the layout of the file is corrected"};
 }
 
 int inspect(const InspectArguments& arguments) {

@@ -66,7 +66,7 @@ void check(const std::filesystem::path& file, const std::string& format, const F
     bytes *= countable ? e : 1;
   }
   if (!countable)
-    throw ForeignError(fmt::format("{}: the array '{}' announces {} elements, which no file holds", file.string(),
+    throw ForeignError(fmt::format("{}: the array '{}' states {} elements, more than a file can hold", file.string(),
                                    array.name, shape_text(array)));
   if (array.extent.empty() || !sizes || !kinds)
     throw ForeignError(

@@ -121,7 +121,7 @@ void ForeignFrames::set_channels() {
       lines.push_back(fmt::format("{:<20} {} {}", array.name.empty() ? "(one array)" : array.name, element_text(array),
                                   shape_text(array)));
     throw ForeignError(fmt::format(
-        "{}: nothing says what the values are\n         arrays:{}\n         --as CHANNEL (or --as "
+        "{}: the meaning of the values is not stated\n         arrays:{}\n         --as CHANNEL (or --as "
         "CHANNEL=ARRAY) states it, or a layout. CHANNEL is one of{}\n         and phases, taps, points, sigma, flags",
         where, readings_text(lines), readings_text(channel_readings())));
   }
@@ -130,7 +130,7 @@ void ForeignFrames::set_channels() {
   bool lengths = false;
   for (const ChannelLayout& layout : wanted) {
     if (std::ranges::count(wanted, layout.channel, &ChannelLayout::channel) > 1)
-      throw ForeignError(fmt::format("{}: two arrays are said to be '{}'", where, layout.channel));
+      throw ForeignError(fmt::format("{}: two arrays are assigned to the channel '{}'", where, layout.channel));
     sources_.push_back(source_of(layout));
     const FileArray& array = opened_->arrays()[sources_.back().array];
     ForeignChannel channel{layout.channel, unit_of(layout.channel), {}, type_of(layout.channel, array), {}};
@@ -157,7 +157,7 @@ void ForeignFrames::set_length_of_sigma() {
   for (const ForeignChannel& channel : channels_) {
     if (!is_length_channel(channel.name) || channel.name == "points") continue;
     if (!sigma->of.empty())
-      throw ForeignError(fmt::format("{}: 'sigma' may be that of '{}' or of '{}': convert one of them", where,
+      throw ForeignError(fmt::format("{}: 'sigma' may belong to '{}' or to '{}': convert only one of these", where,
                                      sigma->of, channel.name));
     sigma->of = channel.name;
   }
@@ -180,8 +180,8 @@ ForeignFrames::Source ForeignFrames::source_of(const ChannelLayout& layout) {
   if (array.reversed) std::ranges::reverse(axes);  // order in memory
   source.scattered = is_scattered(axes);
   if (source.scattered && !layout.reversed.empty())
-    throw ForeignError(fmt::format("{}: '{}' is of points in no order: they have no axes that could be reversed", where,
-                                   layout.channel));
+    throw ForeignError(
+        fmt::format("{}: '{}' belongs to unordered points, which have no axes to reverse", where, layout.channel));
   const std::vector<Axis> out = axes_of_channel(layout.channel, source.scattered);
   const auto extent_of = [&](Axis axis) {
     const auto at = std::ranges::find(axes, axis);

@@ -219,11 +219,12 @@ class HeaderCheck {
   HeaderDoubt of_frames(Offset longer, double match, Offset rest) const {
     const Offset frame = frame_ + longer, shift = *leftover(frame);
     HeaderDoubt doubt;
-    doubt.text = fmt::format("the frames are {} bytes {} than the layout says: images are shifted from frame to frame",
-                             std::abs(longer), longer > 0 ? "longer" : "shorter");
+    doubt.text =
+        fmt::format("the frames are {} bytes {} than the layout states: images are shifted from frame to frame",
+                    std::abs(longer), longer > 0 ? "longer" : "shorter");
     doubt.evidence = fmt::format(
-        "frames match each other best {} bytes apart: their values differ by {:.0f} % of the difference at the stated "
-        "{} bytes; {} whole frames then fill the file, as stated {} bytes are left over",
+        "consecutive frames match best at a spacing of {} bytes: their values differ by {:.0f} % of the difference at "
+        "the stated {} bytes; {} whole frames then fill the file; with the stated layout {} bytes are left over",
         frame, 100 * match, frame_, (size_ - start_ - shift) / frame, rest);
     doubt.mend = frame_header_line(longer);
     if (shift != 0) doubt.mend += fmt::format(", file_header: {}", start_ + shift);
@@ -249,17 +250,18 @@ class HeaderCheck {
 
   HeaderDoubt of_file(Offset shift, Offset rest, const Steps& stated, const Steps& moved) const {
     HeaderDoubt doubt;
-    doubt.text = fmt::format("the images begin {} bytes {} than the layout says", std::abs(shift),
+    doubt.text = fmt::format("the images begin {} bytes {} than the layout states", std::abs(shift),
                              shift > 0 ? "later" : "earlier");
     doubt.evidence =
         moved.within < max_roughness * stated.within
-            ? fmt::format("neighbours in a row then differ by {:.3g}, as stated by {:.3g} (medians)", moved.within,
-                          stated.within)
+            ? fmt::format("neighbours in a row then differ by {:.3g}, with the stated layout by {:.3g} (medians)",
+                          moved.within, stated.within)
             : fmt::format(
                   "from the end of a row to the next one values change by {:.3g} then, within rows by {:.3g}; "
-                  "as stated by {:.3g} and {:.3g} (medians)",
+                  "with the stated layout by {:.3g} and {:.3g} (medians)",
                   moved.between, moved.within, stated.between, stated.within);
-    doubt.evidence += fmt::format("; whole frames then fill the file, as stated {} bytes are left over", rest);
+    doubt.evidence +=
+        fmt::format("; whole frames then fill the file; with the stated layout {} bytes are left over", rest);
     doubt.mend = fmt::format("file_header: {}", start_ + shift);
     return doubt;
   }

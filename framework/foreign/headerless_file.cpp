@@ -30,9 +30,9 @@ HeaderlessFile::HeaderlessFile(const std::filesystem::path& file, const Layout& 
   if (!in_ || error) throw std::runtime_error("cannot be read");
   const std::uint64_t frames = size > begin_ ? (size - begin_) / frame_bytes_ : 0;
   if (frames == 0)
-    throw std::runtime_error(
-        fmt::format("has {} bytes, less than the file header of {} and one frame of {} bytes by the layout", size,
-                    begin_, frame_bytes_));
+    throw std::runtime_error(fmt::format(
+        "has {} bytes, less than the file header of {} bytes and one frame of {} bytes that the layout states", size,
+        begin_, frame_bytes_));
   rest_ = size - begin_ - frames * frame_bytes_;
   for (const HeaderlessArray& array : layout_) {
     std::vector<std::uint64_t> extent = array.shape;
@@ -59,7 +59,7 @@ void HeaderlessFile::read_image(std::uint64_t at, const HeaderlessArray& array, 
                                 std::uint64_t elements) {
   in_.seekg(static_cast<std::streamoff>(at));
   in_.read(reinterpret_cast<char*>(out), static_cast<std::streamsize>(elements * array.bytes));
-  if (!in_) throw std::runtime_error("cannot be read to its end: did it shrink?");
+  if (!in_) throw std::runtime_error("cannot be read to its end: it became shorter while it was read");
   if (array.big_endian == (std::endian::native == std::endian::big) || array.bytes == 1) return;
   for (std::uint64_t i = 0; i < elements; ++i) std::reverse(out + i * array.bytes, out + (i + 1) * array.bytes);
 }

@@ -154,14 +154,14 @@ HeaderlessArray read_headerless(const config::Entry& entry, config::Diagnostics&
       if (size >= 1 && size == std::floor(size) && size < 1e6)
         array.shape.push_back(static_cast<std::uint64_t>(size));
       else
-        diagnostics.error(shape->value.at, "'shape' must be whole numbers from 1 on",
+        diagnostics.error(shape->value.at, "'shape' must be whole numbers of at least 1",
                           "example: shape: [4, 204, 204, 2]");
     }
     double bytes = array.bytes;
     for (const std::uint64_t size : array.shape) bytes *= static_cast<double>(size);
-    if (bytes > 1e12) diagnostics.error(shape->value.at, fmt::format("'shape' is {:.3g} TB a frame", bytes / 1e12));
+    if (bytes > 1e12) diagnostics.error(shape->value.at, fmt::format("'shape' is {:.3g} TB per frame", bytes / 1e12));
     if (array.shape.empty() || array.shape.size() > 5)
-      diagnostics.error(shape->value.at, "'shape' needs one to five numbers", "example: shape: [4, 204, 204, 2]");
+      diagnostics.error(shape->value.at, "'shape' must have one to five numbers", "example: shape: [4, 204, 204, 2]");
   }
   array.image_header = static_cast<std::uint64_t>(reader.whole_number("image_header", "512", 0, 0, 1 << 24));
   reader.finish();

@@ -166,7 +166,7 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
   };
   if (array.elements() == 0) refuse("the array is empty");
   if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
-    refuse("has a mask, but floating-point values have no bits to choose from");
+    refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
     refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
   const auto [low, high] = limits_of(array, layout.signed_bits);
@@ -225,7 +225,7 @@ void refuse_without_unit(const ForeignFile& file, std::size_t index, const std::
   const FileArray& array = file.arrays()[index];
   const ValueRange range = range_of(file, index);
   throw ForeignError(fmt::format(
-      "{}: nothing states the unit of {} ('{}')\n         readings that are possible:{}\n         state one, "
+      "{}: the unit of {} ('{}') is not stated\n         readings that are possible:{}\n         state one, "
       "e.g. --unit mm",
       file.path().string(), array.name.empty() ? "the array" : "'" + array.name + "'", channel,
       range.found ? readings_text(unit_readings(range)) : "\n           no value of the first frame is positive"));

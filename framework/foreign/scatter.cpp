@@ -124,8 +124,8 @@ template <class T, class U> class Scatter {
     if (!(shifted >= static_cast<double>(std::numeric_limits<U>::min()) &&
           shifted <= static_cast<double>(std::numeric_limits<U>::max()) && shifted == std::floor(shifted)))
       throw ForeignError(
-          fmt::format("the value {} does not fit into a channel of {} to {}; are zero, mask and "
-                      "type right?",
+          fmt::format("the value {} does not fit into a channel of {} to {}: check 'zero', 'mask' and "
+                      "'type'",
                       shifted, std::numeric_limits<U>::min(), std::numeric_limits<U>::max()));
     return static_cast<U>(shifted);
   }

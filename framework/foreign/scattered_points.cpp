@@ -74,7 +74,7 @@ void ForeignFrames::check_scattered() const {
     const std::string where = request_.files[0].string();
     if (!cloud)
       throw ForeignError(
-          fmt::format("{}: '{}' belongs to points in no order: read these as well, e.g. --as "
+          fmt::format("{}: '{}' belongs to unordered points: read these as well, e.g. --as "
                       "points,{}={}",
                       where, source.like.name, source.layout.channel, source.like.name));
     const Source& of = sources_[static_cast<std::size_t>(points - channels_.begin())];

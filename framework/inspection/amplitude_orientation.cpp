@@ -102,9 +102,9 @@ void add_amplitude_orientation(Inspection& result) {
   const std::vector<std::size_t> edges = edges_of(o, noise);
   const bool few = edges.size() < min_edges;
   if (few || min_pixels_per_edge * edges.size() > o.pixels()) {
-    result.undecided.push_back(
-        fmt::format("the orientation of the amplitude against the lengths: {}",
-                    few ? "too few edges of depth" : "more than a fifth of the pixels are edges of depth"));
+    result.undecided.push_back(fmt::format(
+        "the orientation of the amplitude relative to the lengths: {}",
+        few ? "there are too few edges in the depth" : "more than a fifth of the pixels are edges in the depth"));
     return;
   }
   const std::vector<double> ranks = ranks_of(o);
@@ -120,13 +120,13 @@ void add_amplitude_orientation(Inspection& result) {
   if (stated > max_stated_score || score < min_score) return;
   result.findings.push_back(
       {"amplitude_orientation",
-       fmt::format("the amplitude is {} against the lengths",
+       fmt::format("the amplitude is {} relative to the lengths",
                    std::string_view(best.mirror) == "none"
                        ? fmt::format("turned by {} deg", 360 - best.turn)
                        : fmt::format("mirrored{}", best.turn != 0 ? " and turned" : "")),
        fmt::format(
-           "at the {} pixels of edges of depth the steps of the amplitude have a mean rank of {:.2f} as stated and of "
-           "{:.2f} in this orientation; by chance 0.5",
+           "at the {} pixels of edges in the depth the steps of the amplitude have a mean rank of {:.2f} as stated, "
+           "{:.2f} with this correction; 0.5 is expected by chance",
            edges.size(), stated, score),
        layout_advice(best), io::unknown, io::unknown});
 }

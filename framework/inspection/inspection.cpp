@@ -29,7 +29,8 @@ double median_length(const Observation& o) {
   std::vector<double> lengths;
   for (const double length : o.length)
     if (std::isfinite(length)) lengths.push_back(length);
-  if (lengths.empty()) throw std::runtime_error("has no pixel with a valid length: there is nothing to inspect");
+  if (lengths.empty())
+    throw std::runtime_error("has no pixel with a valid length: a length is needed for the inspection");
   const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
   std::ranges::nth_element(lengths, middle);
   return *middle;
@@ -54,7 +55,7 @@ double add_unit(Inspection& result) {
   f.evidence =
       fmt::format("the median is {}; {}", config::format_quantity(median, "m"),
                   std::isfinite(range) ? fmt::format("the unambiguous range is {}", config::format_quantity(range, "m"))
-                                       : std::string("cameras of this kind measure 0.1 m to 100 m"));
+                                       : std::string("time-of-flight cameras measure 0.1 m to 100 m"));
   f.mend = scale < 1 ? "unit: mm" : "unit: m";
   f.size = std::abs(median * (1 - scale));
   result.findings.push_back(f);
@@ -72,10 +73,10 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
   if (c.kind == "lens_sign") return {"the radial distortion of the profile has the wrong sign", distortion_text(c)};
   if (c.kind == "lens_missing") return {"the profile lacks the distortion of the lens", distortion_text(c)};
   if (c.kind == "lens_superfluous")
-    return {"the images are free of distortion already, but the profile states one", "distortion: [0, 0, 0, 0, 0]"};
+    return {"the images are already undistorted, but the profile states a distortion", "distortion: [0, 0, 0, 0, 0]"};
   if (c.kind == "focal_length") {
     const tofgraph_camera& camera = o.camera->view();
-    return {fmt::format("the focal length is {:.3g} % off", 100 * (a.focal_scale - 1)),
+    return {fmt::format("the focal length is wrong by {:.3g} %", 100 * (a.focal_scale - 1)),
             fmt::format("focal_length: [{:.5g} px, {:.5g} px]", camera.focal_px[0] * a.focal_scale,
                         camera.focal_px[1] * a.focal_scale)};
   }
@@ -84,7 +85,7 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
                         a.offset > 0 ? "large" : "small"),
             "tofgraph calibrate offset, or the effect zero_offset in the camera's model"};
   return {
-      fmt::format("the images are {} against the profile",
+      fmt::format("the images are {} relative to the profile",
                   std::string_view(a.orientation.mirror) == "none"
                       ? fmt::format("turned by {} deg", 360 - a.orientation.turn)
                       : fmt::format("mirrored{}", a.orientation.turn != 0 ? " and turned" : "")),
@@ -153,12 +154,13 @@ void add_flatness(Inspection& result, double scale) {
     if (first != nullptr && (kinds.contains(c.kind) || kinds.size() >= max_listed)) continue;
     const auto [text, mend] = words_of(c, o);
     Finding f{c.kind, text, "", mend, stated.rms, explained};
-    f.evidence = fmt::format("planes deviate by {} (RMS) as stated, by {} so; explains {:.0f} % of it",
-                             millimetres(stated.rms), millimetres(c.flatness.rms), 100 * explained);
+    f.evidence = fmt::format(
+        "planes deviate by {} (RMS) as stated, by {} with this correction, which explains {:.0f} % of the mean square",
+        millimetres(stated.rms), millimetres(c.flatness.rms), 100 * explained);
     if (first == nullptr)
       first = &c;
     else if (c.score() < first->score() + min_gain)
-      f.evidence += "; this scene cannot tell it from the one before";
+      f.evidence += "; this scene cannot distinguish it from the finding before";
     kinds.insert(c.kind);
     result.findings.push_back(f);
   }

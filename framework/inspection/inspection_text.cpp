@@ -49,7 +49,7 @@ std::string map_of(const Inspection& inspection, const std::vector<double>& rest
 
 std::string text_of(const Inspection& inspection) {
   std::string text = headline(inspection) + "\n";
-  if (inspection.findings.empty()) text += "\nNothing is wrong as far as this scene shows it.\n";
+  if (inspection.findings.empty()) text += "\nNo defect was found in this scene.\n";
   for (std::size_t i = 0; i < inspection.findings.size(); ++i) {
     const Finding& f = inspection.findings[i];
     text += fmt::format("\n{}. {}: {}\n     evidence: {}\n     size:     {}\n     mend:     {}\n", i + 1, f.kind,
@@ -86,12 +86,12 @@ nlohmann::json json_of(const Inspection& inspection) {
 void write_page(const Inspection& inspection, const std::filesystem::path& file) {
   report::Page page("Inspection of " + inspection.name);
   const auto& findings = inspection.findings;
-  page.verdict(findings.empty() ? std::string("Nothing is wrong as far as this scene shows it.") : findings[0].text,
+  page.verdict(findings.empty() ? std::string("No defect was found in this scene.") : findings[0].text,
                findings.empty() ? "good" : "warn");
   page.paragraph(headline(inspection));
   if (!findings.empty()) {
     page.heading("Findings");
-    const std::vector<std::string> header = {"finding", "evidence", "size", "what mends it"};
+    const std::vector<std::string> header = {"finding", "evidence", "size", "correction"};
     std::vector<std::vector<std::string>> rows;
     for (const Finding& f : findings) rows.push_back({f.text, f.evidence, size_text(f.size), f.mend});
     page.table(header, rows);

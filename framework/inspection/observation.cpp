@@ -114,7 +114,8 @@ class Frames {
     for (const char* name : {"depth", "range", "distance", "points", "taps", "phases"}) {
       if (lengths_.empty() && index_.contains(name)) lengths_ = name;
     }
-    if (lengths_.empty()) throw std::runtime_error("has no lengths and no raw images: there is nothing to inspect");
+    if (lengths_.empty())
+      throw std::runtime_error("has no lengths and no raw images: a length is needed for the inspection");
     o.decoded = lengths_ == "taps" || lengths_ == "phases";
     o.channel = o.decoded ? "distance" : lengths_ == "points" ? "depth" : lengths_;
     const tofgraph_camera& camera = o.camera->view();

@@ -86,9 +86,9 @@ std::string lines_of(const std::vector<Reading>& readings, const physics::Exposu
 /// @param doubt observation that contradicts the stated order, or is caused by something else; may be empty
 void add_open_order(Inspection& result, const std::vector<Reading>& flat, const std::string& doubt = "") {
   result.undecided.push_back(fmt::format(
-      "the order of the raw images: {}; {}the median length is in brackets. A known distance decides: measure that of "
-      "one point, or record the scene again from a known step farther away: lengths must rise by the step, and the "
-      "amplitude must fall",
+      "the order of the raw images: {}; {}the median distance, half of the path of the light, is in brackets. A known "
+      "distance decides: measure that of one point, or record the scene again from a known step farther away: lengths "
+      "must rise by the step, and the amplitude must fall",
       lines_of(flat, result.observation.stated), doubt.empty() ? "" : "doubt about the stated order: " + doubt + "; "));
 }
 
@@ -116,12 +116,12 @@ bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const
   if (flat.size() > 1) return add_one_of(result, f, flat);
   if (flat.empty()) {
     f.text = "the raw images do not fit the profile: their order, their phases or the gain may be wrong";
-    f.mend = "no order that fits was found: see docs/formats/profile.md, Exposures";
+    f.mend = "no matching order was found: see docs/formats/profile.md, Exposures";
   } else {
     f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
     if (flat[0].flatness.count > 0)
-      f.evidence += fmt::format("; the only order that {}keeps planes flat",
-                                is_possible(flat[0], result.observation) ? "is possible by its light and " : "");
+      f.evidence += fmt::format("; no other order {}keeps planes flat",
+                                is_possible(flat[0], result.observation) ? "agrees with the amplitudes and " : "");
     if (!same(flat[0].exposures, result.observation.exposures))
       result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
   }
@@ -146,11 +146,10 @@ bool add_flatter_order(Inspection& result, const io::CaptureReader& capture, con
   f.size = now;
   f.explained = 1 - least * least / (now * now);
   if (now < min_order_deviation * stated.length || f.explained < min_order_explained) return true;
-  f.evidence =
-      fmt::format("planes deviate by {:.3g} mm (RMS) in the stated order, at {}, and by {:.3g} mm in {}, at {}",
-                  1e3 * now, config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
-                  flat.size() > 1 ? "the flattest of the others" : "this one",
-                  config::format_quantity(std::round(1e3 * best.length) / 1e3, "m"));
+  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm in {}, at {}", 1e3 * now,
+                           config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
+                           flat.size() > 1 ? "the flattest of the others" : "this order",
+                           config::format_quantity(std::round(1e3 * best.length) / 1e3, "m"));
   if (flat.size() > 1) return add_one_of(result, f, flat);
   f.mend = "exposures: " + io::exposures_yaml(best.exposures);
   result.findings.push_back(f);

@@ -67,8 +67,9 @@ void add_bad_pixels(Inspection& result) {
   if (wild + still + dead < min_bad) return;
   result.findings.push_back(finding(
       "bad_pixels", fmt::format("{} are bad", config::counted(wild + still + dead, "pixel")),
-      fmt::format("{} differ from the surface around them, {} never change, {} have no value among neighbours that do",
-                  wild, still, dead),
+      fmt::format(
+          "{} differ from the surface around them, {} never change, {} have no value although their neighbours do",
+          wild, still, dead),
       "bad_pixels: MAP, made by tofgraph calibrate noise", size));
 }
 
@@ -97,10 +98,11 @@ void add_stripes(Inspection& result) {
     if (judged < 20 || !(size >= 0.3 * s.pixel_noise && size >= 0.0005)) continue;
     result.findings.push_back(finding(
         "stripes", fmt::format("{} differ from each other", rows ? "rows" : "columns"),
-        fmt::format("their means scatter by {:.2g} mm about the surface, beyond noise: interference, or a readout "
-                    "that differs from line to line",
-                    1e3 * size),
-        "tofgraph calibrate fixed-pattern where they stand still", size));
+        fmt::format(
+            "their means scatter by {:.2g} mm about the surface, more than by noise: interference, or a readout "
+            "that differs from line to line",
+            1e3 * size),
+        "tofgraph calibrate fixed-pattern if they do not move", size));
   }
 }
 
@@ -168,19 +170,20 @@ void add_noise(Inspection& result) {
     x1 += x, y1 += y, xx += x * x, xy += x * y;
   }
   if (deviations.empty()) {
-    result.undecided.emplace_back("the noise over time: there are fewer than four frames");
+    result.undecided.emplace_back("the temporal noise: there are fewer than four frames");
     return;
   }
   const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
   std::ranges::nth_element(deviations, middle);
-  std::string text = fmt::format("noise of a pixel over time {:.3g} mm (median)", 1e3 * *middle);
+  std::string text = fmt::format("temporal noise of a pixel {:.3g} mm (median)", 1e3 * *middle);
   const double spread = n > 0 ? xx / n - x1 / n * (x1 / n) : 0;
   if (spread > 0.09) {  // variance of log(amplitude): standard deviation of a factor of at least 1.35
     const double slope = (xy / n - x1 / n * (y1 / n)) / spread;
     const char* kind = slope < -0.85 ? "read noise" : slope < -0.3 ? "shot noise" : "neither shot nor read noise";
     text += fmt::format(", proportional to amplitude^{:.2f}: {}", slope, kind);
   } else if (!o.amplitude.empty()) {
-    result.undecided.emplace_back("whether it is shot noise: the amplitude differs too little within the image");
+    result.undecided.emplace_back(
+        "the kind of noise (shot or read noise): the amplitude varies too little within the image");
   }
   result.facts.push_back(text);
 }

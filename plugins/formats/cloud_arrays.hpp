@@ -66,7 +66,7 @@ inline std::string content_of(const std::string& path) {
   if (!in || error) throw std::runtime_error("cannot be read");
   std::string content(size, '\0');
   in.read(content.data(), static_cast<std::streamsize>(size));
-  if (!in) throw std::runtime_error("cannot be read to its end: did it shrink?");
+  if (!in) throw std::runtime_error("cannot be read to its end: it became shorter while it was read");
   return content;
 }
 

@@ -19,12 +19,14 @@ struct Csv final : FileFormat {
   static bool recognises(std::span<const std::uint8_t> head) {
     if (head.size() > 3 && head[0] == 0xef && head[1] == 0xbb && head[2] == 0xbf)
       head = head.subspan(3);  // byte order mark, written by Excel
-    bool digit = false, comment = false, line_begins = true;
+    bool digit = false, comment = false, line_begins = true, first_row = true;
     for (const std::uint8_t byte : head) {
       const char c = static_cast<char>(byte);
+      if (byte < ' ' && c != '\t' && c != '\r' && c != '\n') return false;
       if (line_begins) comment = c == '#';
       line_begins = c == '\n';
-      if (comment) continue;
+      if (line_begins && digit) first_row = false;  // other rows may have errors, which are reported with their line
+      if (comment || !first_row) continue;
       if (std::string_view("0123456789+-.eEnNaAiIfF,;\t \r\n").find(c) == std::string_view::npos) return false;
       digit = digit || (c >= '0' && c <= '9');
     }

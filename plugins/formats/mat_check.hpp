@@ -19,8 +19,8 @@ namespace tofgraph {
 
 class MatCheck {
  public:
-  /// @throws std::runtime_error for a variable whose header exceeds its size, or a numeric one whose values have an
-  /// unknown type or a number other than announced
+  /// @throws std::runtime_error for a variable whose header exceeds its size, a numeric one whose values have an
+  /// unknown type or a number other than announced, or a decompression bomb
   explicit MatCheck(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
     const auto size = static_cast<std::uint64_t>(in_.tellg());
     std::vector<std::uint8_t> head = bytes(0, 128);
@@ -38,6 +38,7 @@ class MatCheck {
             inflate_head(bytes(at + 8, std::min<std::uint64_t>(length, max_head)));
         if (inflated.size() < 8 || number(inflated, 0) != matrix)
           throw std::runtime_error("is damaged: a compressed variable cannot be read");
+        refuse_bomb(length, number(inflated, 4));
         check({inflated.begin() + 8, inflated.end()});
       }
       at += 8 + std::uint64_t{length};
@@ -60,6 +61,16 @@ class MatCheck {
     std::uint32_t value = 0;
     for (std::size_t i = 0; i < 4; ++i) value = value << 8U | from[at + (big_endian_ ? i : 3 - i)];
     return value;
+  }
+
+  /// Rejects decompression bombs. Deflate reaches 1032 for zeros; measured values compress less than tenfold.
+  static void refuse_bomb(std::uint32_t compressed, std::uint32_t inflated) {
+    constexpr std::uint32_t large = std::uint32_t{1} << 30U, most = 200;
+    if (inflated < large || inflated / most < compressed) return;
+    throw std::runtime_error("has a variable of " + std::to_string(compressed) + " bytes, which would become " +
+                             std::to_string(inflated) + ", over " + std::to_string(most) +
+                             " times as many: no measurement compresses that well. If this is intended, save it "
+                             "without compression (version 6)");
   }
 
   static Bytes inflate_head(const Bytes& from) {

@@ -34,7 +34,7 @@ struct Npy final : FileFormat {
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(header_.begin + first * slice));
     in_.read(static_cast<char*>(out), static_cast<std::streamsize>(count * slice));
-    if (!in_) throw std::runtime_error("cannot be read to its end: did it shrink?");
+    if (!in_) throw std::runtime_error("cannot be read to its end: it became shorter while it was read");
     to_native(header_, out, count * slice);
   }
 

@@ -74,7 +74,7 @@ class PlacedFile {
     in_.clear();
     in_.seekg(static_cast<std::streamoff>(at));
     in_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(count));
-    if (!in_) throw std::runtime_error("cannot be read to its end: did it shrink?");
+    if (!in_) throw std::runtime_error("cannot be read to its end: it became shorter while it was read");
   }
 
  private:

@@ -81,7 +81,7 @@ struct PmdRawReader final : Source {
     const Array<std::uint16_t> all(frame.write(layout_.taps_channel()));
     const Array<std::uint8_t> head = headers(frame, RawSourceData::images, RawSourceData::header_bytes);
     in_.read(reinterpret_cast<char*>(buffer_.data()), static_cast<std::streamsize>(buffer_.size()));
-    if (!in_) throw std::runtime_error("cannot read " + *file + " to its end: did it shrink?");
+    if (!in_) throw std::runtime_error("cannot read " + *file + " to its end: it became shorter while it was read");
     layout_.unpack_frame(buffer_, {all.data(), all.size()}, {head.data(), head.size()});
     return true;
   }

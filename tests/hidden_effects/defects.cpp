@@ -6,13 +6,13 @@
 
 namespace tofgraph::hidden {
 
-std::vector<Defect> draw_defects(const Camera& camera, std::uint64_t seed) {
+std::vector<Defect> draw_defects(const Camera& camera, std::uint64_t seed, double share) {
   std::vector<Defect> defects(camera.pixels(), Defect::none);
   std::mt19937_64 random = generator(seed, bad_pixels_draw);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (Defect& defect : defects)
-    if (const double u = uniform(random); u < 0.05)
-      defect = u < 0.015 ? Defect::dead : u < 0.03 ? Defect::hot : Defect::noisy;
+    if (const double u = uniform(random); u < share)
+      defect = u < 0.3 * share ? Defect::dead : u < 0.6 * share ? Defect::hot : Defect::noisy;
   return defects;
 }
 

@@ -348,7 +348,7 @@ class Recorder {
 
 }  // namespace
 
-LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise) : noise_(noise), seed_(seed) {
+LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise, const Sensor& sensor) : noise_(noise), seed_(seed) {
   Camera& camera = physics_.camera;
   std::mt19937_64 random = generator(seed, camera_draw);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -360,8 +360,8 @@ LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise) : noise_(noi
   camera.center_y = (side - 1) / 2.0 + 0.006 * side * uniform(random);
   camera.gain *= 1 + 0.1 * uniform(random);
   camera.contrast = 0.47;
-  camera.read_noise = 4.5;
-  camera.shot_noise = 0.018;
+  camera.read_noise = sensor.read_noise;
+  camera.shot_noise = sensor.shot_noise;
   physics_.light = Light::physical;
   Effects& effects = physics_.effects;
   effects.add("lens_distortion", {{"k1", -0.32}, {"k2", 0.126}, {"p1", 0.9e-3 * sign()}, {"p2", 1.9e-3 * sign()}});
@@ -383,7 +383,7 @@ LabCamera::LabCamera(int side, std::uint64_t seed, NoiseKind noise) : noise_(noi
   for (double& value : pattern) value -= mean;
   for (const double value : pattern) squares += value * value / static_cast<double>(pattern.size());
   for (double& value : pattern) value *= 3.5e-3 / std::sqrt(squares);
-  defects_ = draw_defects(camera, seed);
+  defects_ = draw_defects(camera, seed, sensor.bad_pixels);
 }
 
 void LabCamera::record_all(const fs::path& folder, const std::string& camera, bool foreign) const {

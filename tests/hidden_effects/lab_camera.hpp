@@ -14,11 +14,16 @@
 
 namespace tofgraph::hidden {
 
+/// Noise of the sensor: read noise (sd of a tap, counts), shot noise (variance per count, counts), share of bad pixels.
+struct Sensor {
+  double read_noise = 4.5, shot_noise = 0.018, bad_pixels = 0.05;
+};
+
 class LabCamera {
  public:
   /// @param side px, of the square sensor, which is 8.16 mm wide for any number @param seed of signs, phases, maps, bad
   /// pixels, light power, and all noise
-  LabCamera(int side, std::uint64_t seed, NoiseKind noise);
+  LabCamera(int side, std::uint64_t seed, NoiseKind noise, const Sensor& sensor);
 
   /// Writes the profile `lab.yaml` as stated in a data sheet, and folders with campaign.yaml and captures: lens, noise,
   /// response, warm, pattern, offset (for calibration), and new, cold, corner (for evaluation); new_limits.txt: the

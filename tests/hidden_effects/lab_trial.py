@@ -8,7 +8,7 @@ order, and evaluated with surfaces at distances and of targets that no calibrati
 
 Prints a table for each camera: the result of each calibration, in mm, and each requirement with its figure.
 trial.json contains the same. Exit code 1 if a requirement is not met."""
-import argparse, json, math, os, resource, subprocess, sys, time
+import argparse, json, math, os, resource, statistics, subprocess, sys, time
 from pathlib import Path
 
 STEPS = [("lens", "intrinsics"), ("noise", "noise"), ("response", "response"), ("warm", "warm-up"),
@@ -21,22 +21,26 @@ nodes:
   - {{stage: optimized_bistatic}}
 {more}"""
 DENOISED = "  - {stage: flying_pixels}\n  - {stage: non_local_means}\n"
-CLOUD = DENOISED + "  - {stage: point_cloud}\n  - {stage: pcd_writer, path: 'cloud_{frame}.pcd', encoding: ascii}\n"
+POINTS = "  - {stage: point_cloud}\n  - {stage: pcd_writer, path: 'cloud_{frame}.pcd', encoding: ascii}\n"
+# A sensor of 14 electrons per count, with a read noise of 28 electrons and 0.1 % bad pixels.
+SHOT_LIMITED = ["--read-noise", "2", "--shot-noise", "0.072", "--bad-pixels", "0.001"]
 # name, limit, unit
 REQUIRED = {"mean_bias": (0.8, "mm"), "worst_bias": (2, "mm"), "flatness": (1.5, "mm"), "corner": (0.3, "deg"),
             "cold": (1, "mm"), "sigma": (10, "%"), "above_limit": (10, "%"), "slowest": (60, "s")}
 
 
 class Trial:
-    def __init__(self, build, folder, seed, side, noise, foreign):
+    def __init__(self, build, folder, seed, side, noise, foreign, shot_limited):
         self.folder, self.seconds, self.processor_seconds = folder, {}, {}
+        self.shot_limited = shot_limited
         self.program = str((Path(build) / "bin/tofgraph").resolve())
         self.environment = {**os.environ, "XDG_DATA_HOME": str(folder.resolve() / "data"),
                             "XDG_CACHE_HOME": str(folder.resolve() / "cache")}
         subprocess.run([str(Path(build) / "tests/hidden_effects_lab"), "--seed", str(seed), "--side", str(side),
-                        "--noise", noise, "-o", str(folder), *(["--foreign"] if foreign else [])], check=True)
+                        "--noise", noise, "-o", str(folder), *(["--foreign"] if foreign else []),
+                        *(SHOT_LIMITED if shot_limited else [])], check=True)
         self.log = open(folder / "log.txt", "w")
-        for name, more in (("raw", ""), ("denoised", DENOISED), ("cloud", CLOUD)):
+        for name, more in (("raw", ""), ("denoised", DENOISED), ("cloud", DENOISED + POINTS), ("points", POINTS)):
             (folder / f"{name}.yaml").write_text(PIPELINE.format(more=more))
         for dump in sorted(folder.glob("*/captures/*.raw")):
             name = str(dump.relative_to(folder).with_suffix(""))
@@ -84,6 +88,7 @@ class Trial:
             if every_step or step == STEPS[-1][0]:
                 judge(step)
         self.tofgraph("run", "cloud.yaml", "--campaign", "corner/campaign.yaml", "-o", "results/corner")
+        self.tofgraph("run", "points.yaml", "--campaign", "new/campaign.yaml", "-o", "results/points")
         return rows, self.requirements()
 
     def requirements(self):
@@ -93,19 +98,23 @@ class Trial:
             sigma += [c["predicted_noise"] / c["noise"] - 1 for c in result["conditions"]]
             last = result["all"]
         cold = json.loads((self.folder / "results/offset_cold/accuracy/evaluation.json").read_text())["all"]
-        # Noise of single frames without denoising, compared with the closed form of the independent camera.
+        # Noise of single frames without denoising, of depths and of clouds, compared with the closed form of the
+        # independent camera: with shot noise alone, and with read noise, too.
         raw = json.loads((self.folder / "results/offset_raw/accuracy/evaluation.json").read_text())["conditions"]
         limits = [[float(word) for word in line.split()]
                   for line in (self.folder / "new_limits.txt").read_text().splitlines()]
-        assert len(raw) == len(limits)
-        above = [[c["noise"] / limit - 1 for c, limit in zip(raw, column)] for column in zip(*limits)]
-        print("single frames against shot noise alone: "
-              + ", ".join(f"{100 * share:+.1f} %" for share in above[0]) + "; against shot and read noise: "
-              + ", ".join(f"{100 * share:+.1f} %" for share in above[1]), flush=True)
+        clouds = [cloud_noise(folder) for folder in sorted((self.folder / "results/points").glob("new*"))]
+        assert len(raw) == len(clouds) == len(limits)
+        above = {(kind, of): [noise / limit[of] - 1 for noise, limit in zip(noises, limits)]
+                 for kind, noises in (("depth", [c["noise"] for c in raw]), ("cloud", clouds)) for of in (0, 1)}
+        for (kind, of), shares in above.items():
+            print(f"noise of single frames, {kind}, above the limit of shot noise{' and read noise' if of else ''}: "
+                  + ", ".join(f"{100 * share:+.1f} %" for share in shares), flush=True)
+        allowed = [share for (kind, of), shares in above.items() for share in shares if of != self.shot_limited]
         angle = corner_angle(self.folder / "results/corner/corner000")
         return {"mean_bias": 1e3 * last["mean_abs_bias"], "worst_bias": 1e3 * last["max_abs_bias"],
                 "flatness": 1e3 * last["flatness"], "corner": abs(angle - 90), "cold": 1e3 * cold["max_abs_bias"],
-                "sigma": 100 * max(sigma, key=abs), "above_limit": 100 * max(above[1], key=abs),
+                "sigma": 100 * max(sigma, key=abs), "above_limit": 100 * max(allowed, key=abs),
                 "slowest": max(self.seconds.values())}
 
 
@@ -130,6 +139,18 @@ def corner_angle(folder):
     dot = sum(p * q for p, q in zip(*normals))
     lengths = [math.sqrt(sum(p * p for p in n)) for n in normals]
     return 180 - math.degrees(math.acos(dot / (lengths[0] * lengths[1])))
+
+
+def cloud_noise(folder):
+    """Temporal standard deviation of z, root mean square over the pixels that are valid in every frame, m."""
+    frames = []
+    for file in sorted(folder.rglob("*.pcd")):
+        lines = file.read_text().split("\n")
+        begin = next(i for i, line in enumerate(lines) if line.startswith("DATA")) + 1
+        frames.append([float(line.split()[2]) for line in lines[begin:] if line])
+    variances = [statistics.variance(values) for values in zip(*frames, strict=True) if all(map(math.isfinite, values))]
+    assert len(frames) == 24 and len(variances) > 0.9 * len(frames[0])
+    return math.sqrt(statistics.fmean(variances))
 
 
 def slope(points):
@@ -159,13 +180,16 @@ def main():
     parser.add_argument("--noise", default="gaussian", help="or heavy: outliers as of Student's t with 3 degrees of freedom")
     parser.add_argument("--foreign", action="store_true",
                         help="begin with raw dumps of another program, which `tofgraph convert` reads by a layout")
+    parser.add_argument("--shot-limited", action="store_true",
+                        help="a camera whose read noise is small beside its shot noise, with 0.1 %% bad pixels: noise "
+                        "is compared with shot noise alone")
     parser.add_argument("--last", action="store_true", help="judge once, with all calibrations")
     parser.add_argument("-o", "--out", required=True, help="the folder to make")
     arguments = parser.parse_args()
     met, results = True, {}
     for seed in arguments.seeds.split(","):
         trial = Trial(arguments.build, Path(arguments.out) / f"seed{seed}", int(seed), arguments.side,
-                      arguments.noise, arguments.foreign)
+                      arguments.noise, arguments.foreign, arguments.shot_limited)
         rows, figures = trial.run(not arguments.last)
         results[seed] = {"steps": rows, "figures": figures, "seconds": trial.seconds,
                          "processor_seconds": trial.processor_seconds}

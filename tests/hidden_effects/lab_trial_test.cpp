@@ -14,14 +14,20 @@
 namespace tofgraph::tests {
 namespace {
 
-TEST(LabTrial, ADirtyCameraIsCalibratedFromRawDumpsToClouds) {
+/// Figures of the camera of seed 1. @param more options of the script
+nlohmann::json figures(const std::string& more) {
   const TemporaryFolder folder;
   const Outcome outcome = shell("python3 '" TOFGRAPH_SOURCE_DIR
                                 "/tests/hidden_effects/lab_trial.py' --build \"${TOFGRAPH%/bin/*}\" --last "
-                                "--foreign --seeds 1 -o trial",
+                                "--foreign --seeds 1 -o trial" +
+                                    more,
                                 folder.path());
-  ASSERT_NE(outcome.exit_code, 2) << outcome.err;
-  const nlohmann::json result = nlohmann::json::parse(read_text(folder.path() / "trial/trial.json"))["1"]["figures"];
+  EXPECT_LT(outcome.exit_code, 2) << outcome.err;
+  return nlohmann::json::parse(read_text(folder.path() / "trial/trial.json"))["1"]["figures"];
+}
+
+TEST(LabTrial, ADirtyCameraIsCalibratedFromRawDumpsToClouds) {
+  const nlohmann::json result = figures("");
   EXPECT_LE(result["mean_bias"].get<double>(), 0.8) << "mm";
   EXPECT_LE(result["worst_bias"].get<double>(), 2) << "mm";
   EXPECT_LE(result["flatness"].get<double>(), 1.5) << "mm";
@@ -30,6 +36,12 @@ TEST(LabTrial, ADirtyCameraIsCalibratedFromRawDumpsToClouds) {
   EXPECT_LE(std::abs(result["sigma"].get<double>()), 10) << "% of the real spread";
   EXPECT_LE(std::abs(result["above_limit"].get<double>()), 10) << "% above the closed form of shot and read noise";
   EXPECT_LE(result["slowest"].get<double>(), 60) << "s";
+}
+
+TEST(LabTrial, NoiseOfSingleFramesIsNearTheShotNoiseLimit) {
+  const nlohmann::json result = figures(" --shot-limited");
+  EXPECT_LE(result["mean_bias"].get<double>(), 1) << "mm";
+  EXPECT_LE(std::abs(result["above_limit"].get<double>()), 10) << "% above the closed form of shot noise alone";
 }
 
 }  // namespace

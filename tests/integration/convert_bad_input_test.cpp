@@ -133,6 +133,22 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
       "    np.lib.format.write_array_header_1_0(f, dict(descr='|u1', fortran_order=False, shape=(2**25, 6, 8)))\n"
       "    for _ in range(48): f.write(bytes(2**25))\n"));
   EXPECT_THAT(convert("bomb.npz --as amplitude").err, HasSubstr("no measurement compresses that well"));
+  // The same as a compressed variable of MATLAB.
+  ASSERT_TRUE(python(R"(
+import struct, zlib
+size = 48 * 2**25
+def element(kind, data): return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+head = (element(6, struct.pack("<II", 9, 0)) + element(5, struct.pack("<iii", 6, 8, size // 48)) +
+        element(1, b"depth") + struct.pack("<II", 2, size))
+packer = zlib.compressobj(1)
+packed = packer.compress(struct.pack("<II", 14, len(head) + size) + head)
+for _ in range(48): packed += packer.compress(bytes(2**25))
+packed += packer.flush()
+with open("bomb.mat", "wb") as file:
+    file.write(b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H", 0x0100) + b"IM")
+    file.write(struct.pack("<II", 15, len(packed)) + packed)
+)"));
+  EXPECT_THAT(convert("bomb.mat --as amplitude").err, HasSubstr("no measurement compresses that well"));
   // Images that their decoder would accept.
   std::vector<cv::Mat> pages(3, cv::Mat(6, 8, CV_32F, cv::Scalar(1)));
   cv::imwritemulti(path("p.tiff").string(), pages);
@@ -142,7 +158,9 @@ TEST_F(ConvertBadInput, DamagedFilesEndInOneClearError) {
   write_text(path("p.pgm"), "P5 30000 30000 65535\nxx");
   EXPECT_THAT(convert("p.pgm --as amplitude").err, HasSubstr("announces 30000 x 30000 pixels"));
   write_text(path("text.csv"), "1,2\n3,x\n");
-  EXPECT_NE(convert("text.csv --as amplitude").exit_code, 0);
+  EXPECT_THAT(convert("text.csv --as amplitude").err, HasSubstr("has 'x' in line 2, expected a number"));
+  write_text(path("binary.raw"), std::string("1\n\0\0", 4));
+  EXPECT_THAT(convert("binary.raw --as amplitude").err, HasSubstr("no format recognises"));
   write_text(path("empty.npy"), "");
   EXPECT_THAT(convert("empty.npy --as amplitude").err, HasSubstr("the file is empty"));
   write_text(path("text.xyz"), "no numbers here");

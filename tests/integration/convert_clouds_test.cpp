@@ -103,7 +103,7 @@ TEST_F(ConvertClouds, OrganisedPcdFilesAreReadAsTheyAreInEveryEncoding) {
     const std::vector<float> amplitude = frames<float>("amplitude");
     for (std::size_t i = 0; i < small_pixels; ++i) EXPECT_EQ(amplitude[i], static_cast<float>(i)) << name;
   }
-  EXPECT_THAT(convert("ascii.pcd --as points").err, HasSubstr("nothing states the unit"));
+  EXPECT_THAT(convert("ascii.pcd --as points").err, HasSubstr("the unit of 'points' ('points') is not stated"));
 }
 
 TEST_F(ConvertClouds, PointsInNoOrderGetThePixelsInWhichTheyAreSeen) {
@@ -117,7 +117,7 @@ TEST_F(ConvertClouds, PointsInNoOrderGetThePixelsInWhichTheyAreSeen) {
   for (std::size_t i = 0; i < small_pixels; ++i)
     EXPECT_TRUE(i == 11 ? std::isnan(amplitude[i]) : amplitude[i] == static_cast<float>(i)) << i;
   EXPECT_THAT(convert("scattered.pcd --as amplitude=intensity").err,
-              HasSubstr("belongs to points in no order: read these as well"));
+              HasSubstr("belongs to unordered points: read these as well"));
   // A second, farther point in the same pixel is hidden; points behind the camera or outside the image are invisible.
   Points more = expected;
   std::vector<std::size_t> longer = order;

@@ -314,7 +314,7 @@ TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
   EXPECT_THAT(unit.err, HasSubstr("unit: mm   1.5 m to 1.5 m"));
   const Outcome channel = convert("one.npy");
   EXPECT_EQ(channel.exit_code, 2);
-  EXPECT_THAT(channel.err, HasSubstr("nothing says what the values are"));
+  EXPECT_THAT(channel.err, HasSubstr("the meaning of the values is not stated"));
   const Outcome size = convert("other.npy --as depth --unit mm");
   EXPECT_EQ(size.exit_code, 2);
   EXPECT_THAT(size.err, HasSubstr("is 7 x 9"));

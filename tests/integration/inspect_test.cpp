@@ -191,7 +191,7 @@ TEST_F(Inspect, FilesOfOtherProgramsAreInspectedLikeCaptures) {
   const Outcome wrong = inspect("depth.npy --camera ./camera.yaml --as depth --unit m");
   EXPECT_EQ(wrong.exit_code, 0) << wrong.err;
   EXPECT_THAT(wrong.out, HasSubstr("1. unit: the lengths are 1000 times too large"));
-  EXPECT_THAT(inspect("depth.npy --camera ./camera.yaml --as depth --unit mm").out, HasSubstr("Nothing is wrong"));
+  EXPECT_THAT(inspect("depth.npy --camera ./camera.yaml --as depth --unit mm").out, HasSubstr("No defect was found"));
   EXPECT_EQ(inspect("depth.npy --camera ./camera.yaml --as depth").exit_code, 2) << "the unit is not guessed";
 }
 
