@@ -117,7 +117,7 @@ TEST_F(InspectLayout, RightHeadersAreNotDoubtedWhereARecordingWasInterrupted) {
   }
 }
 
-/// Less than half a second frame: there is nothing with which the first one could be compared.
+/// Too little of a second frame is there to be compared with the first one.
 TEST_F(InspectLayout, OneFrameAndSurplusBytesDoNotShowAnotherHeader) {
   const Headers right;
   const std::string bytes = dump(right, slanted);
