@@ -66,23 +66,21 @@ ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignReque
 
 std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::path& path) {
   if (request_.layout.headerless.empty()) return std::make_shared<const ForeignFile>(formats_, path);
-  std::shared_ptr<HeaderlessFile> file;
   try {
-    file = std::make_shared<HeaderlessFile>(path, request_.layout);
-  } catch (const std::runtime_error& error) {
-    throw ForeignError(fmt::format("{}: the file {}", path.string(), error.what()));
-  }
-  if (file->rest() > 0) {
-    warnings_.push_back(
-        fmt::format("{} does not end with a whole frame: its last {} bytes are not read", path.string(), file->rest()));
-    if (channels_.empty()) {  // first file only: the others have the same headers
-      const auto doubt = header_doubt(path, request_.layout);
+    const auto file = std::make_shared<HeaderlessFile>(path, request_.layout);
+    if (file->rest() > 0) {
+      warnings_.push_back(fmt::format("{} does not end with a whole frame: its last {} bytes are not read",
+                                      path.string(), file->rest()));
+      // First file only: the others have the same headers.
+      const auto doubt = channels_.empty() ? header_doubt(path, request_.layout) : std::nullopt;
       if (doubt && !doubt->mend.empty())
         warnings_.push_back(
             fmt::format("{}: {}: {}; in the layout: {}", path.string(), doubt->text, doubt->evidence, doubt->mend));
     }
+    return std::make_shared<const ForeignFile>(path, file);
+  } catch (const std::runtime_error& error) {
+    throw ForeignError(fmt::format("{}: the file {}", path.string(), error.what()));
   }
-  return std::make_shared<const ForeignFile>(path, file);
 }
 
 const ForeignFile& ForeignFrames::file(std::size_t index) {

@@ -97,10 +97,11 @@ class HeaderCheck {
     }
     std::error_code error;
     size_ = static_cast<Offset>(std::filesystem::file_size(file, error));
+    if (error) throw std::runtime_error("cannot be read");
     std::ifstream in(file, std::ios::binary);
     bytes_.resize(static_cast<std::size_t>(std::min(size_, max_bytes)));
     in.read(reinterpret_cast<char*>(bytes_.data()), static_cast<std::streamsize>(bytes_.size()));
-    if (error || !in) throw std::runtime_error("cannot be read");
+    if (!in) throw std::runtime_error("cannot be read");
   }
 
   std::optional<HeaderDoubt> doubt() {
@@ -144,20 +145,22 @@ class HeaderCheck {
     return static_cast<double>(static_cast<std::int64_t>(bits) - static_cast<std::int64_t>(sign));
   }
 
-  /// Mean absolute difference of elements of the first frame and those `distance` bytes later.
+  /// Mean absolute difference of elements of the first frame and those `distance` bytes later; NaN if fewer than half
+  /// of the elements can be compared.
   double difference_at(Offset distance, Offset torn) const {
-    double sum = 0, count = 0;
+    double sum = 0, count = 0, all = 0;
     const Offset length = places_.first_axis_bytes() * static_cast<Offset>(places_.array.shape[0]);
     const Offset begin = start_ + static_cast<Offset>(layout_.frame_header) + places_.begin;
     const auto bytes = static_cast<Offset>(places_.array.bytes);
     const Offset step = std::max<Offset>(length / static_cast<Offset>(max_samples) / bytes, 1) * bytes;
     for (Offset at = 0; at < length; at += step) {
+      ++all;
       const double change = std::abs(value_at(begin + at + torn) - value_at(begin + at + torn + distance));
       if (!std::isfinite(change)) continue;
       sum += change;
       ++count;
     }
-    return count > 0 ? sum / count : io::unknown;
+    return 2 * count >= all ? sum / count : io::unknown;
   }
 
   /// Bytes by which frames are longer than stated at the best match, and its difference relative to the stated length.

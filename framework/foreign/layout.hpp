@@ -29,7 +29,7 @@ struct ChannelLayout {
   std::string array;                  ///< name in the file; empty: the only array
   std::vector<Axis> axes;             ///< in the order of the array's shape; empty: deduced from the sizes
   std::string unit;                   ///< size of a value of 1, "mm" or "0.1 mm"; empty: as in the file
-  std::vector<double> invalid;        ///< values that mean "no measurement", before mask, zero and unit
+  std::vector<double> invalid;        ///< "no measurement": values before mask and zero, after signed_bits
   std::optional<std::uint64_t> mask;  ///< bits of a value that are used
   std::uint32_t signed_bits = 0;      ///< lowest bits of a value, two's complement; 0: the type's own sign
   std::vector<Axis> reversed;         ///< row or column, if opposite to the camera's

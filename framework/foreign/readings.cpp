@@ -47,9 +47,14 @@ template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vect
   }
 }
 
-double largest_of(const FileArray& array) {
-  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return std::numeric_limits<double>::infinity();
-  return std::ldexp(1.0, static_cast<int>(8 * array.bytes) - (array.kind == TOFGRAPH_ELEMENT_SIGNED ? 1 : 0)) - 1;
+/// Smallest and largest value that an array can hold. @param signed_bits as in ChannelLayout
+std::pair<double, double> limits_of(const FileArray& array, std::uint32_t signed_bits = 0) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return {-infinity, infinity};
+  const bool is_signed = signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  const auto bits = static_cast<int>(signed_bits != 0 ? signed_bits : 8 * array.bytes);
+  const double end = std::ldexp(1.0, bits - (is_signed ? 1 : 0));
+  return {is_signed ? -end : 0, end - 1};
 }
 
 }  // namespace
@@ -115,12 +120,12 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
   const std::vector<double> values = numbers_of(array, bytes);
-  const double share = 1 / static_cast<double>(values.size());
+  const double share = 1 / static_cast<double>(values.size()), largest = limits_of(array).second;
   for (const double value : values) {
     range.zeros += value == 0 ? share : 0;
     range.negative += std::isfinite(value) && value < 0 ? share : 0;
     range.no_numbers += std::isfinite(value) ? 0 : share;
-    if (!std::isfinite(value) || value <= 0 || value >= largest_of(array)) continue;
+    if (!std::isfinite(value) || value <= 0 || value >= largest) continue;
     range.low = std::min(range.low, value);
     range.high = std::max(range.high, value);
     range.found = true;
@@ -164,6 +169,13 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
     refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
     refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
+  const auto [low, high] = limits_of(array, layout.signed_bits);
+  for (const double code : layout.invalid) {
+    if (code >= low && code <= high && (array.kind == TOFGRAPH_ELEMENT_FLOAT || code == std::floor(code))) continue;
+    refuse(fmt::format("has invalid: {}, but its values are {}{}, {} to {}", code,
+                       layout.signed_bits != 0 ? fmt::format("the lowest {} bits of ", layout.signed_bits) : "",
+                       element_text(array), low, high));
+  }
   if (!layout.unit.empty() && unit_of(layout.channel) != "m")
     refuse(fmt::format("has the unit '{}', but is not a length: values stay as they are", layout.unit));
 }

@@ -110,7 +110,8 @@ template <class T, class U> class Scatter {
     if (c_.is_length && c_.refused != nullptr) c_.refused->add(length);
   }
   bool is_invalid(T value) const {
-    if (std::ranges::find(c_.invalid, static_cast<double>(value)) != c_.invalid.end()) return true;
+    const double code = c_.signed_bits != 0 ? number_of(value) : static_cast<double>(value);
+    if (std::ranges::find(c_.invalid, code) != c_.invalid.end()) return true;
     const auto si = static_cast<float>((number_of(value) - c_.zero) * c_.scale);
     bool valid = !c_.is_length || is_valid_length(si);
     if constexpr (std::is_floating_point_v<T>) valid = valid && std::isfinite(value);

@@ -15,8 +15,9 @@ namespace tofgraph::inspection {
 namespace {
 
 constexpr std::size_t min_edges = 100;  ///< pixels
-constexpr double min_jump = 0.03;       ///< relative change of the length from one side of a pixel to the other
-constexpr double min_score = 0.8;       ///< mean rank of the amplitude's steps at edges of depth; by chance 0.5
+constexpr std::size_t min_pixels_per_edge = 5;
+constexpr double min_jump = 0.03;  ///< relative change of the length from one side of a pixel to the other
+constexpr double min_score = 0.8;  ///< mean rank of the amplitude's steps at edges of depth; by chance 0.5
 constexpr double max_stated_score = 0.65;
 
 /// Difference of `value` between both neighbours of a pixel, along the row or the column, whichever is larger.
@@ -77,14 +78,18 @@ double score_of(const Observation& o, const std::vector<std::size_t>& edges, con
   return count >= static_cast<double>(min_edges) ? sum / count : 0;
 }
 
-/// Keys of a layout that reorient the amplitude image.
-std::string layout_keys(const Orientation& orientation) {
+/// Change of a layout that reorients the amplitude image, whatever the layout states already.
+std::string layout_advice(const Orientation& orientation) {
   const std::array<int, 4>& m = orientation.matrix;
   const bool exchanged = m[0] == 0;
   const bool columns = exchanged ? m[2] < 0 : m[0] < 0, rows = exchanged ? m[1] < 0 : m[3] < 0;
-  std::string text = exchanged ? "axes: column row" : "";
+  std::string text = "in the layout, channel amplitude: ";
+  if (exchanged) text += "exchange row and column in axes and in reversed";
+  if (exchanged && (columns || rows)) text += ", then ";
   if (columns || rows)
-    text += fmt::format("{}reversed: {}", text.empty() ? "" : ", ", !rows ? "column" : !columns ? "row" : "row column");
+    text += fmt::format("reversed: {} (an axis already listed is taken out instead)", !rows      ? "column"
+                                                                                      : !columns ? "row"
+                                                                                                 : "row column");
   return text;
 }
 
@@ -95,9 +100,11 @@ void add_amplitude_orientation(Inspection& result) {
   if (o.decoded || o.amplitude.empty() || o.width < 3 || o.height < 3) return;
   const double noise = std::isfinite(result.surfaces.pixel_noise) ? result.surfaces.pixel_noise : 0;
   const std::vector<std::size_t> edges = edges_of(o, noise);
-  if (edges.size() < min_edges || 5 * edges.size() > o.pixels()) {
-    result.undecided.emplace_back(
-        "the orientation of the amplitude relative to the lengths: there are too few edges in the depth");
+  const bool few = edges.size() < min_edges;
+  if (few || min_pixels_per_edge * edges.size() > o.pixels()) {
+    result.undecided.push_back(fmt::format(
+        "the orientation of the amplitude relative to the lengths: {}",
+        few ? "there are too few edges in the depth" : "more than a fifth of the pixels are edges in the depth"));
     return;
   }
   const std::vector<double> ranks = ranks_of(o);
@@ -121,7 +128,7 @@ void add_amplitude_orientation(Inspection& result) {
            "at the {} pixels of edges in the depth the steps of the amplitude have a mean rank of {:.2f} as stated, "
            "{:.2f} with this correction; 0.5 is expected by chance",
            edges.size(), stated, score),
-       fmt::format("in the layout, channel amplitude: {}", layout_keys(best)), io::unknown, io::unknown});
+       layout_advice(best), io::unknown, io::unknown});
 }
 
 }  // namespace tofgraph::inspection

@@ -69,6 +69,11 @@ bool is_simple(const physics::Exposures& order, const physics::Exposures& stated
   return std::abs(std::sin(order[0].phase - stated[0].phase)) < 1e-6;
 }
 
+/// Returns true if the light does not contradict an order.
+bool is_possible(const Reading& reading, const Observation& o) {
+  return std::ranges::any_of(o.possible_orders, [&](const auto& order) { return same(order, reading.exposures); });
+}
+
 std::string lines_of(const std::vector<Reading>& readings, const physics::Exposures& stated) {
   std::vector<std::string> lines;
   for (const Reading& r : readings)
@@ -78,55 +83,78 @@ std::string lines_of(const std::vector<Reading>& readings, const physics::Exposu
   return fmt::format("{}", fmt::join(lines, " or "));
 }
 
-void add_open_order(Inspection& result, const std::vector<Reading>& flat) {
+/// @param doubt observation that contradicts the stated order, or is caused by something else; may be empty
+void add_open_order(Inspection& result, const std::vector<Reading>& flat, const std::string& doubt = "") {
   result.undecided.push_back(fmt::format(
-      "the order of the raw images: {}; the median distance, half of the path of the light, is in brackets. A known "
+      "the order of the raw images: {}; {}the median distance, half of the path of the light, is in brackets. A known "
       "distance decides: measure that of one point, or record the scene again from a known step farther away: lengths "
       "must rise by the step, and the amplitude must fall",
-      lines_of(flat, result.observation.stated)));
+      lines_of(flat, result.observation.stated), doubt.empty() ? "" : "doubt about the stated order: " + doubt + "; "));
+}
+
+/// Finding that the stated order is wrong; the caller adds evidence and mend.
+Finding wrong_order() {
+  return {.kind = "exposures",
+          .text = "the raw images are not in the stated order, or have other phases",
+          .size = io::unknown,
+          .explained = io::unknown};
+}
+
+/// Adds a finding whose mend is one of several orders. @returns false
+bool add_one_of(Inspection& result, Finding finding, const std::vector<Reading>& flat) {
+  finding.mend = "cannot be decided from this scene: " + lines_of(flat, result.observation.stated);
+  add_open_order(result, flat);
+  result.findings.push_back(std::move(finding));
+  return false;
 }
 
 /// Adds the finding that samples or light contradict the stated order. @returns true if exactly one order remains
 bool add_wrong_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat) {
   const auto& other = *result.observation.other_order;
-  Finding f{.kind = "exposures", .size = io::unknown, .explained = io::unknown};
-  f.text = "the raw images are not in the stated order, or have other phases";
+  Finding f = wrong_order();
   f.evidence = other.why;
+  if (flat.size() > 1) return add_one_of(result, f, flat);
   if (flat.empty()) {
+    f.text = "the raw images do not fit the profile: their order, their phases or the gain may be wrong";
     f.mend = "no matching order was found: see docs/formats/profile.md, Exposures";
-  } else if (flat.size() == 1) {
+  } else {
     f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
-    if (flat[0].flatness.count > 0) f.evidence += "; no other order agrees with the amplitudes and keeps planes flat";
+    if (flat[0].flatness.count > 0)
+      f.evidence += fmt::format("; no other order {}keeps planes flat",
+                                is_possible(flat[0], result.observation) ? "agrees with the amplitudes and " : "");
     if (!same(flat[0].exposures, result.observation.exposures))
       result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
-  } else {
-    f.mend = "cannot be decided from this scene: " + lines_of(flat, result.observation.stated);
-    add_open_order(result, flat);
   }
   result.findings.push_back(f);
   return flat.size() == 1;
 }
 
-/// Adds a finding if the stated order fits the samples but only one other order keeps planes flat.
-void add_flatter_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat,
+/// Adds a finding if the stated order fits the samples but only other orders keep planes flat.
+/// @returns false if several do
+bool add_flatter_order(Inspection& result, const io::CaptureReader& capture, const std::vector<Reading>& flat,
                        const Reading& stated) {
   const bool stated_fits =
       std::ranges::any_of(flat, [&](const Reading& r) { return same(r.exposures, stated.exposures); });
   if (stated_fits) {
     if (flat.size() > 1) add_open_order(result, flat);
-    return;
+    return true;
   }
-  if (flat.size() != 1 || stated.flatness.count == 0) return;
-  const double least = flat[0].flatness.rms, now = stated.flatness.rms, explained = 1 - least * least / (now * now);
-  if (now < min_order_deviation * stated.length || explained < min_order_explained) return;
-  Finding f{.kind = "exposures", .size = now, .explained = explained};
-  f.text = "the raw images are not in the stated order, or have other phases";
-  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm in this order, at {}",
-                           1e3 * now, config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
-                           config::format_quantity(std::round(1e3 * flat[0].length) / 1e3, "m"));
-  f.mend = "exposures: " + io::exposures_yaml(flat[0].exposures);
+  if (flat.empty() || stated.flatness.count == 0) return true;
+  const Reading& best = *std::ranges::min_element(flat, {}, [](const Reading& r) { return r.flatness.rms; });
+  const double least = best.flatness.rms, now = stated.flatness.rms;
+  Finding f = wrong_order();
+  f.size = now;
+  f.explained = 1 - least * least / (now * now);
+  if (now < min_order_deviation * stated.length || f.explained < min_order_explained) return true;
+  f.evidence = fmt::format("planes deviate by {:.3g} mm (RMS) as stated, at {}; by {:.3g} mm in {}, at {}", 1e3 * now,
+                           config::format_quantity(std::round(1e3 * stated.length) / 1e3, "m"), 1e3 * least,
+                           flat.size() > 1 ? "the flattest of the others" : "this order",
+                           config::format_quantity(std::round(1e3 * best.length) / 1e3, "m"));
+  if (flat.size() > 1) return add_one_of(result, f, flat);
+  f.mend = "exposures: " + io::exposures_yaml(best.exposures);
   result.findings.push_back(f);
-  result.observation = observe(capture, result.observation.camera, 32, &flat[0].exposures);
+  result.observation = observe(capture, result.observation.camera, 32, &best.exposures);
+  return true;
 }
 
 }  // namespace
@@ -134,23 +162,30 @@ void add_flatter_order(Inspection& result, const io::CaptureReader& capture, con
 bool add_order(Inspection& result, const io::CaptureReader& capture) {
   const Observation& o = result.observation;
   if (!o.decoded) return true;
+  // Light that no order explains may be due to a wrong gain: it excludes none.
+  const bool is_open = o.other_order && o.other_order->exposures.empty();
   std::vector<Reading> readings;
-  for (const physics::Exposures& order : o.possible_orders) {
+  for (const physics::Exposures& order : is_open ? io::turned_orders(o.stated) : o.possible_orders) {
     if (o.other_order || is_simple(order, o.exposures)) readings.push_back(reading_of(capture, o, order));
   }
   std::vector<Reading> flat = flat_readings(readings);
   const bool planes = std::ranges::any_of(flat, [](const Reading& r) { return r.flatness.count > 0; });
-  if (!planes && o.other_order && o.other_order->exposures.empty()) flat.clear();
-  const auto is_stated = [&o](const Reading& r) { return same(r.exposures, o.stated); };
-  if (o.other_order && !(planes && std::ranges::any_of(flat, is_stated))) return add_wrong_order(result, capture, flat);
-  if (o.other_order) {  // only the light contradicts it: the lamp may be weaker towards the image corners
-    const Reading stated = *std::ranges::find_if(flat, is_stated);
-    result.observation = observe(capture, o.camera, 32, &stated.exposures);
-    add_flatter_order(result, capture, flat, stated);
+  if (!planes && is_open) flat.clear();
+  const auto stated = std::ranges::find_if(flat, [&o](const Reading& r) { return same(r.exposures, o.stated); });
+  if (o.other_order && (!planes || stated == flat.end())) {
+    if (is_open && std::ranges::any_of(flat, [&o](const Reading& r) { return is_possible(r, o); }))
+      std::erase_if(flat, [&o](const Reading& r) { return !is_possible(r, o); });
+    return add_wrong_order(result, capture, flat);
+  }
+  if (is_open) {
+    add_open_order(result, flat, o.other_order->why);
     return true;
   }
-  if (!readings.empty() && readings[0].flatness.count > 0) add_flatter_order(result, capture, flat, readings[0]);
-  return true;
+  if (o.other_order) {  // only the light contradicts it: the lamp may be weaker towards the image corners
+    result.observation = observe(capture, o.camera, 32, &stated->exposures);
+    return add_flatter_order(result, capture, flat, *stated);
+  }
+  return readings.empty() || readings[0].flatness.count == 0 || add_flatter_order(result, capture, flat, readings[0]);
 }
 
 }  // namespace tofgraph::inspection

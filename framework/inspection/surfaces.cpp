@@ -4,6 +4,8 @@
 
 #include "io/unknown.hpp"
 
+#include <tofgraph/physics/robust.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -21,13 +23,6 @@ constexpr std::size_t max_wild = 3;       ///< ignored outliers per block
 constexpr std::size_t min_blocks = 12;    ///< per surface
 constexpr std::size_t sides[] = {7, 9, 11, 15, 19};
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return io::unknown;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Standard deviation of pixels from second differences, which cancel slopes; the larger one of rows and columns.
 double noise_within(const Observation& o, std::size_t left, std::size_t top, std::size_t width, std::size_t height,
                     std::size_t step = 1) {
@@ -41,7 +36,7 @@ double noise_within(const Observation& o, std::size_t left, std::size_t top, std
         if (std::isfinite(second)) differences.push_back(std::abs(second));
       }
     }
-    const double found = median_of(std::move(differences)) / (0.6745 * std::sqrt(6.0));
+    const double found = physics::median(std::move(differences)) / (0.6745 * std::sqrt(6.0));
     if (!(found <= noise)) noise = found;
   }
   return noise;
@@ -132,7 +127,7 @@ class Grid {
       }
       ++result.count;
     }
-    result.pixel_noise = median_of(noises);
+    result.pixel_noise = physics::median(noises);
     result.rest = std::move(rest_);
     return result;
   }
@@ -200,7 +195,7 @@ class Grid {
 
 Surfaces surfaces_of(const Observation& o) {
   const tofgraph_camera& camera = o.camera->view();
-  const double noise = noise_within(o, 0, 0, o.width, o.height, 2), typical = median_of([&] {
+  const double noise = noise_within(o, 0, 0, o.width, o.height, 2), typical = physics::median([&] {
                                                                       std::vector<double> valid;
                                                                       for (const double length : o.length)
                                                                         if (std::isfinite(length))

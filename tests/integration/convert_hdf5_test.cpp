@@ -21,6 +21,7 @@ struct Stored {
   hid_t type = H5T_STD_U16LE;
   bool compressed = false;
   std::string unit;
+  std::vector<std::pair<std::string, std::vector<double>>> numbers;  ///< further attributes
 };
 
 class ConvertHdf5 : public SmallConversion {
@@ -52,7 +53,17 @@ class ConvertHdf5 : public SmallConversion {
     }
     const hid_t data = H5Dcreate2(file_, dataset.c_str(), stored.type, space, links, creation, H5P_DEFAULT);
     ASSERT_GE(data, 0);
-    ASSERT_GE(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+    if (!values.empty()) {
+      ASSERT_GE(H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+    }
+    for (const auto& [name, numbers] : stored.numbers) {
+      const hsize_t count = numbers.size();
+      const hid_t list = count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr);
+      const hid_t attribute = H5Acreate2(data, name.c_str(), H5T_IEEE_F64LE, list, H5P_DEFAULT, H5P_DEFAULT);
+      ASSERT_GE(H5Awrite(attribute, H5T_NATIVE_DOUBLE, numbers.data()), 0);
+      H5Aclose(attribute);
+      H5Sclose(list);
+    }
     if (!stored.unit.empty()) {
       const hid_t text = H5Tcopy(H5T_C_S1), scalar = H5Screate(H5S_SCALAR);
       H5Tset_size(text, stored.unit.size());
@@ -119,6 +130,50 @@ TEST_F(ConvertHdf5, OneOfSeveralDatasetsIsChosenByItsPathAndCanBeInspected) {
   EXPECT_THAT(convert("scan.hdf5 --as depth=camera/y").err, HasSubstr("it has: camera/conf, camera/z, time"));
 }
 
+TEST_F(ConvertHdf5, PackedNumbersAreReadInTheUnitThatTheyState) {
+  std::vector<double> z = values_;
+  z[3] = 65535;
+  create("a.h5");
+  add("z", {frame_count, 6, 8}, z, {H5T_STD_U16LE, true, "m", {{"scale_factor", {0.001}}, {"_FillValue", {65535}}}});
+  add("conf", {frame_count, 6, 8}, values_,
+      {H5T_STD_I16BE, false, "", {{"scale_factor", {0.5}}, {"add_offset", {10}}, {"missing_value", {-1}}}});
+  add("plain", {frame_count, 6, 8}, values_, {H5T_STD_U16LE, false, "", {{"scale_factor", {1}}, {"add_offset", {0}}}});
+  add("two", {frame_count, 6, 8}, values_, {H5T_STD_U16LE, false, "m", {{"scale_factor", {1, 2}}}});
+  z[3] = 9007199254740992.0;
+  add("long", {frame_count, 6, 8}, z, {H5T_STD_I64LE, false, "", {{"_FillValue", {-1}}}});
+  close();
+  ASSERT_EQ(convert("a.h5 --as depth=z,amplitude=conf,intensity=plain").exit_code, 0);
+  const std::vector<float> depth = frames<float>("depth"), amplitude = frames<float>("amplitude");
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    EXPECT_TRUE(i == 3 ? std::isnan(depth[i]) : depth[i] == static_cast<float>(0.001 * values_[i])) << i << depth[i];
+    EXPECT_EQ(frames<std::uint16_t>("flags")[i], i == 3 ? 1 : 0) << i;
+    EXPECT_EQ(amplitude[i], static_cast<float>(0.5 * values_[i] + 10)) << i;
+  }
+  EXPECT_EQ(frames<float>("intensity"), as_floats(values_));
+  const std::string listed = tofgraph("convert --inspect a.h5").out;
+  EXPECT_THAT(listed, HasSubstr("in m  (HDF5, unpacked: scale_factor 0.001, _FillValue 65535)"));
+  EXPECT_THAT(listed, testing::ContainsRegex("plain +uint16 "));
+  EXPECT_THAT(convert("a.h5 --as depth=two").err,
+              HasSubstr("two has an attribute scale_factor that is not one number"));
+  EXPECT_THAT(convert("a.h5 --as amplitude=long").err, HasSubstr("only numbers below 2^53 can be unpacked"));
+}
+
+TEST_F(ConvertHdf5, DatasetsThatAreTooLargeOrTooManyAreReportedAsSuch) {
+  create("large.h5");
+  add("large", {2, 40000, 40000}, {});
+  add("conf", {frame_count, 6, 8}, values_);
+  close();
+  EXPECT_THAT(tofgraph("convert --inspect large.h5").out,
+              testing::ContainsRegex("large +uint16 +2 x 40000 x 40000 .*large has 2.98 GiB per element"));
+  EXPECT_EQ(convert("large.h5 --as amplitude=conf").exit_code, 0);
+  create("many.h5");
+  for (int n = 0; n <= 4096; ++n) add("a" + std::to_string(n), {1}, {1});
+  close();
+  const Outcome outcome = convert("many.h5 --as depth=a1");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr("many.h5: the file has more than 4096 datasets"));
+}
+
 TEST_F(ConvertHdf5, ACaptureNeedsNoConversionAndAnotherFileIsNoCapture) {
   create("scan.h5");
   add("depth", {6, 8}, {values_.begin(), values_.begin() + small_pixels});
@@ -142,11 +197,18 @@ TEST_F(ConvertHdf5, DamagedFilesAreOneErrorAndWhatIsNoArrayOfNumbersIsLeftAlone)
   }
   std::mt19937 random(7);
   for (int n = 0; n < 40; ++n) {  // read, or a single error; never a crash
+    std::filesystem::remove(path("out.h5"));
     std::string changed = whole;
     for (int k = 0; k < 6; ++k) changed[random() % changed.size()] = static_cast<char>(random() % 256);
     write_text(path("changed.h5"), changed);
     const Outcome outcome = convert("changed.h5 --as depth");
-    EXPECT_TRUE(outcome.exit_code >= 0 && outcome.exit_code <= 2) << n << outcome.err;
+    if (outcome.exit_code == 0) {
+      EXPECT_EQ(frames<float>("depth").size(), values_.size()) << n;
+      continue;
+    }
+    EXPECT_TRUE(outcome.exit_code == 1 || outcome.exit_code == 2) << n << outcome.err;
+    EXPECT_THAT(outcome.err, testing::ContainsRegex("error: .*changed.h5: ")) << n;
+    EXPECT_EQ(outcome.err.find("error: "), outcome.err.rfind("error: ")) << n << outcome.err;
   }
   create("text.h5");
   const hid_t text = H5Tcopy(H5T_C_S1), scalar = H5Screate(H5S_SCALAR);

@@ -282,6 +282,15 @@ TEST_F(Convert, SignedBitsAndReversedAxesAreReadAsALayoutSays) {
   grey = frames<float>("intensity");
   for (std::size_t p = 0; p < small_pixels; ++p)
     EXPECT_EQ(grey[p], static_cast<float>(100 + p / 8 * 8 + 7 - p % 8)) << p;
+  ASSERT_EQ(layout(", signed_bits: 12, invalid: -2048", "axes: row column").exit_code, 0);
+  EXPECT_EQ(frames<std::int32_t>("phases")[0], 0) << "the code of no measurement is the signed number";
+  EXPECT_EQ(frames<std::int32_t>("phases")[1], sample(0, 1));
+  for (std::size_t p = 0; p < small_pixels; ++p) EXPECT_EQ(frames<std::uint16_t>("flags")[p], p == 0 ? 1 : 0) << p;
+  EXPECT_THAT(layout(", signed_bits: 12, invalid: 2048", "axes: row column").err,
+              HasSubstr("has invalid: 2048, but its values are the lowest 12 bits of uint16, -2048 to 2047"));
+  for (const std::string code : {"-1", "65536", "0.5"})
+    EXPECT_THAT(layout(", invalid: " + code, "axes: row column").err,
+                HasSubstr("has invalid: " + code + ", but its values are uint16, 0 to 65535"));
   EXPECT_THAT(layout(", signed_bits: 12, mask: 0x0fff", "axes: row column").err,
               HasSubstr("has 'mask' and 'signed_bits'"));
   EXPECT_THAT(layout(", signed_bits: 20", "axes: row column").err,

@@ -117,6 +117,39 @@ TEST_F(InspectLayout, RightHeadersAreNotDoubtedWhereARecordingWasInterrupted) {
   }
 }
 
+/// Too little of a second frame is there to be compared with the first one.
+TEST_F(InspectLayout, OneFrameAndSurplusBytesDoNotShowAnotherHeader) {
+  const Headers right;
+  const std::string bytes = dump(right, slanted);
+  const std::size_t frame = right.frame + 2UL * camera.width * camera.height, one = right.file + frame;
+  std::mt19937 random(8);
+  std::string trailer(100, '\0');
+  write_layout(right);
+  const auto expect_no_header = [&](const std::string& file, const char* left_over) {
+    const json result = inspected(file);
+    EXPECT_TRUE(result["findings"].empty()) << left_over << result;
+    EXPECT_THAT(result["undecided"].dump(), HasSubstr(left_over));
+  };
+  for (int n = 0; n < 4; ++n) {
+    for (char& byte : trailer) byte = static_cast<char>(random() % 256);
+    expect_no_header(bytes.substr(0, one) + trailer, "100 bytes are left over");
+  }
+  expect_no_header(bytes.substr(0, one + frame / 100), "507 bytes are left over");
+}
+
+/// A file of the system, which states more bytes than it has.
+TEST_F(InspectLayout, AFileThatCannotBeReadIsNamed) {
+  const std::string file = "/sys/kernel/mm/transparent_hugepage/enabled";
+  if (!std::filesystem::exists(file) || std::filesystem::file_size(file) != 4096) GTEST_SKIP() << "no such file";
+  write_text(path("camera.yaml"), camera.profile(camera.k));
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./camera.yaml\narrays:\n  words: {type: uint16, shape: [10, 10]}\n"
+             "channels:\n  depth: {array: words, axes: row column, unit: mm}\n");
+  const Outcome outcome = shell("$TOFGRAPH convert " + file + " -o a.h5 --layout layout.yaml", folder_.path());
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_THAT(outcome.err, HasSubstr(file + ": the file cannot be read"));
+}
+
 TEST_F(InspectLayout, AFlatSceneCannotDecideOnTheHeaders) {
   const Headers right{64, 48, 0};
   write_layout({64, 16, 0});

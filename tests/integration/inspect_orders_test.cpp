@@ -85,6 +85,44 @@ TEST_F(InspectOrders, ASlantedWallBeforeANarrowLensNamesTheCandidates) {
   }
 }
 
+/// The wall at 2.6 m appears at 3.65 m and bent. The order that adds a quarter of the range bends it by less than a
+/// wall is uneven.
+TEST_F(InspectOrders, TwoOrdersThatKeepAWallFlatAreBothNamed) {
+  const InspectedCamera medium{176, 144, 1400, 1400, 87.5, 71.5, {}, 45e-6, frequency};
+  const InspectedScene wall = {plane(0.02, 0.01, 1, 2.6)};
+  const json result = inspected(medium, wall, Mistake::reversed_phases);
+  ASSERT_FALSE(result["findings"].empty()) << result;
+  EXPECT_EQ(result["findings"][0]["kind"], "exposures") << result;
+  EXPECT_THAT(std::string(result["findings"][0]["mend"]),
+              AllOf(HasSubstr("cannot be decided from this scene"), HasSubstr(std::string(right_order) + " (2.6"),
+                    testing::Not(HasSubstr("as stated"))));
+  EXPECT_THAT(result["undecided"].dump(),
+              AllOf(HasSubstr("A known distance decides"), testing::Not(HasSubstr("range or depth"))));
+  EXPECT_EQ(inspected(medium, wall, Mistake::none)["findings"].dump().find("exposures"), std::string::npos);
+}
+
+/// A surface of reflectivity 1 amplifies the light 4 million counts m^2/s, of which the profile states a sixth. Orders
+/// with a sixth of the light would put it near the camera.
+TEST_F(InspectOrders, AWrongGainIsNoEvidenceOfAnotherOrder) {
+  InspectedCamera camera = narrow;
+  camera.gain = 4e6 / 6;
+  const json result = inspected(camera, {plane(0.02, 0.01, 1, 1.9)}, Mistake::none);
+  EXPECT_EQ(result["findings"].dump().find("exposures"), std::string::npos) << result;
+  EXPECT_THAT(result["undecided"].dump(), AllOf(HasSubstr("the order of the raw images"), HasSubstr("as stated"),
+                                                HasSubstr("times brighter than white"), HasSubstr("the gain")))
+      << result;
+}
+
+/// The wall at 1.9 m appears at 4.35 m: bent, and 5 times brighter than white.
+TEST_F(InspectOrders, ABentWallThatIsTooBrightShowsTheRightOrder) {
+  const InspectedCamera camera{176, 144, 1400, 1400, 87.5, 71.5, {}, 45e-6, frequency, 4e6};
+  const json result = inspected(camera, {plane(0.02, 0.01, 1, 1.9)}, Mistake::reversed_phases);
+  ASSERT_FALSE(result["findings"].empty()) << result;
+  EXPECT_EQ(result["findings"][0]["mend"], right_order) << result;
+  EXPECT_THAT(std::string(result["findings"][0]["evidence"]),
+              HasSubstr("no other order agrees with the amplitudes and keeps planes flat"));
+}
+
 TEST_F(InspectOrders, ATurnedAmplitudeIsFoundByTheEdgesOfDepth) {
   InspectedPlane board = plane(-0.4, 0.35, 1, 0);
   board.middle = {0.15, -0.1, 0.9};
@@ -102,8 +140,55 @@ TEST_F(InspectOrders, ATurnedAmplitudeIsFoundByTheEdgesOfDepth) {
       if (!turned || result["findings"].empty()) continue;
       EXPECT_EQ(result["findings"][0]["kind"], "amplitude_orientation") << result;
       EXPECT_EQ(result["findings"][0]["text"], "the amplitude is turned by 180 deg relative to the lengths");
-      EXPECT_EQ(result["findings"][0]["mend"], "in the layout, channel amplitude: reversed: row column");
+      EXPECT_EQ(result["findings"][0]["mend"],
+                "in the layout, channel amplitude: reversed: row column (an axis already listed is taken out instead)");
     }
+  }
+}
+
+/// Each layout is wrong, and right after the change that is proposed.
+TEST_F(InspectOrders, TheProposedOrientationAddsToWhatTheLayoutStates) {
+  const InspectedCamera square{144, 144, 160, 160, 71.5, 71.5, {}, 45e-6, frequency};
+  InspectedPlane board = plane(-0.4, 0.35, 1, 0);
+  board.middle = {0.15, -0.1, 0.9};
+  board.offset =
+      board.normal[0] * board.middle[0] + board.normal[1] * board.middle[1] + board.normal[2] * board.middle[2];
+  board.half = 0.2;
+  InspectedRecording recording(square, {board, plane(0.25, -0.15, 1, 2.9)}, 0.001, 4);
+  std::string bytes;
+  for (std::size_t frame = 0; frame < 8; ++frame) {
+    auto [depth, amplitude] = recording.images();
+    for (const std::vector<float>* image : {&depth, &amplitude})
+      bytes.append(reinterpret_cast<const char*>(image->data()), 4 * image->size());
+  }
+  write_text(folder_.path() / "a.raw", bytes);
+  write_text(folder_.path() / "camera.yaml", square.profile(square.k));
+  const auto findings = [&](const std::string& amplitude) {
+    write_text(folder_.path() / "layout.yaml",
+               "layout: 1\ncamera: ./camera.yaml\narrays:\n  z: {type: float32, shape: [144, 144]}\n"
+               "  a: {type: float32, shape: [144, 144]}\nchannels:\n  depth: {array: z, axes: row column, unit: m}\n"
+               "  amplitude: {array: a, " +
+                   amplitude + "}\n");
+    const Outcome outcome = shell("$TOFGRAPH inspect a.raw --layout layout.yaml --json", folder_.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return json::parse(outcome.out)["findings"];
+  };
+  EXPECT_TRUE(findings("axes: row column").empty());
+  const std::string removed = " (an axis already listed is taken out instead)",
+                    exchanged = "exchange row and column in axes and in reversed";
+  const std::pair<const char*, std::string> cases[] = {
+      {"axes: row column, reversed: column", "reversed: column" + removed},
+      {"axes: row column, reversed: row column", "reversed: row column" + removed},
+      {"axes: column row", exchanged},
+      // Exchanged: axes: row column, reversed: row; the change of `row` then leaves nothing reversed.
+      {"axes: column row, reversed: column", exchanged + ", then reversed: row" + removed},
+      {"axes: column row, reversed: row", exchanged + ", then reversed: column" + removed},
+      {"axes: column row, reversed: row column", exchanged + ", then reversed: row column" + removed}};
+  for (const auto& [layout, mend] : cases) {
+    const json found = findings(layout);
+    ASSERT_EQ(found.size(), 1U) << layout << found;
+    EXPECT_EQ(found[0]["kind"], "amplitude_orientation");
+    EXPECT_EQ(found[0]["mend"], "in the layout, channel amplitude: " + mend) << layout;
   }
 }
 

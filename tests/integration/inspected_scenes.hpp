@@ -26,6 +26,7 @@ struct InspectedCamera {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
   std::array<double, 5> k = {};           ///< k1 k2 p1 p2 k3
   double pitch = 45e-6, frequency = 60e6;
+  double gain = 0;  ///< counts m^2/s; 0: not stated
 
   std::string profile(const std::array<double, 5>& distortion) const {
     std::string list;
@@ -35,7 +36,8 @@ struct InspectedCamera {
            " um]\nfocal_length: " + std::to_string(pitch * fx * 1e3) + " mm\nprincipal_point: [" + std::to_string(cx) +
            ", " + std::to_string(cy) + "]\ndistortion: [" + list +
            "]\nmodulation_frequency: " + std::to_string(frequency * 1e-6) +
-           " MHz\nsources: [{position: [0 mm, 0 mm, 0 mm]}]\n";
+           " MHz\nsources: [{position: [0 mm, 0 mm, 0 mm]}]\n" +
+           (gain > 0 ? "gain: " + std::to_string(gain) + " counts m^2/s\n" : "");
   }
 };
 
@@ -113,6 +115,13 @@ class InspectedRecording {
   double falloff = 0;   ///< the lamp's intensity is cos^falloff of the angle from the axis
   /// Perturbation of depth and amplitude of each pixel: (pixel, frame, length, amplitude).
   std::function<void(std::size_t, std::size_t, float&, float&)> change;
+
+  /// Depths in m and amplitudes in counts of a frame.
+  std::pair<std::vector<float>, std::vector<float>> images() {
+    std::pair<std::vector<float>, std::vector<float>> both;
+    make_frame(Mistake::none, "depth", both.first, both.second);
+    return both;
+  }
 
   /// Bytes of an .npy file with the depths of a frame in millimetres, uint16 row by row.
   std::string npy() {

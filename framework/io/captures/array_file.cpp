@@ -8,18 +8,24 @@
 #include "io/captures/capture_guard.hpp"
 #include "io/captures/capture_hdf5.hpp"
 #include "io/captures/capture_layout.hpp"
+#include "io/unknown.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
+#include <span>
 
 namespace tofgraph::io {
 namespace {
 
-constexpr std::size_t max_objects = 4096;
+constexpr std::size_t max_listed_datasets = 4096;
 constexpr int max_array_rank = 5;
-constexpr double max_slice = 2147483648.0;  // bytes per element of the slowest axis
+constexpr double max_exact = 9007199254740992.0;  // 2^53: all smaller integers are doubles
+constexpr double max_slice = 2147483648.0;        // bytes per element of the slowest axis
 
 /// Paths of the datasets stored in the file itself.
 std::vector<std::string> paths_in(hid_t file) {
@@ -27,10 +33,15 @@ std::vector<std::string> paths_in(hid_t file) {
   const auto visit = [](hid_t, const char* name, const H5O_info_t* object, void* list) {
     auto& found = *static_cast<std::vector<std::string>*>(list);
     if (object->type == H5O_TYPE_DATASET) found.emplace_back(name);
-    return herr_t{found.size() > max_objects ? -1 : 0};
+    return herr_t{found.size() > max_listed_datasets ? 1 : 0};
   };
   h5::check(H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_NATIVE, visit, &paths, H5O_INFO_BASIC),
             "is damaged: its datasets cannot be listed");
+  if (paths.size() > max_listed_datasets)
+    throw std::runtime_error(fmt::format(
+        "has more than {} datasets: copy the ones to be read into a file of their own, e.g. h5copy -i IN.h5 "
+        "-o OUT.h5 -s /depth -d /depth",
+        max_listed_datasets));
   std::ranges::sort(paths);
   return paths;
 }
@@ -75,12 +86,68 @@ std::string text_of(hid_t object, const char* name) {
   }
 }
 
+/// Attribute of a dataset; nullopt: missing. @param where begins messages, with the name of the dataset
+/// @throws std::runtime_error if it is not one number
+std::optional<double> attribute_number(hid_t dataset, const char* name, const std::string& where) {
+  const std::string problem = fmt::format("{} has an attribute {} that is not one number", where, name);
+  if (h5::check(H5Aexists(dataset, name), problem) == 0) return std::nullopt;
+  const h5::Handle attribute(h5::check(H5Aopen(dataset, name, H5P_DEFAULT), problem), H5Aclose);
+  const h5::Handle type(h5::check(H5Aget_type(attribute), problem), H5Tclose);
+  const h5::Handle space(h5::check(H5Aget_space(attribute), problem), H5Sclose);
+  double value = 0;
+  if (!element_of(type) || H5Sget_simple_extent_npoints(space) != 1 ||
+      H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0)
+    throw std::runtime_error(problem);
+  return value;
+}
+
 }  // namespace
+
+/// Meaning of stored numbers by the netCDF (CF) attributes of a dataset: value = scale x stored + offset.
+struct ArrayFile::Packing {
+  double scale = 1, offset = 0;
+  std::vector<double> fills;  ///< stored numbers that mean "no value"
+  bool is_long = false;       ///< 64-bit integers are stored
+  std::string text;           ///< the attributes found; empty: none that changes a value
+
+  /// @param where begins messages @throws std::runtime_error if an attribute is not one number
+  static Packing of(hid_t dataset, const std::string& where);
+  /// @throws std::runtime_error for a number that may have been rounded
+  void apply(std::span<double> values) const {
+    for (double& value : values) {
+      const bool is_fill = std::ranges::find(fills, value) != fills.end();
+      if (is_long && !is_fill && std::abs(value) >= max_exact)
+        throw std::runtime_error(
+            fmt::format("has the 64-bit number {:.0f} in a dataset with {}: only numbers below "
+                        "2^53 can be unpacked; remove the attribute if it does not apply",
+                        value, text));
+      value = is_fill ? std::numeric_limits<double>::quiet_NaN() : scale * value + offset;
+    }
+  }
+};
+
+ArrayFile::Packing ArrayFile::Packing::of(hid_t dataset, const std::string& where) {
+  Packing packing;
+  std::vector<std::string> found;
+  const auto take = [&](const char* name, double usual) {
+    const double value = attribute_number(dataset, name, where).value_or(usual);
+    if (value != usual && !std::isnan(value)) found.push_back(fmt::format("{} {}", name, value));
+    return value;
+  };
+  packing.scale = take("scale_factor", 1);
+  packing.offset = take("add_offset", 0);
+  if (!std::isfinite(packing.scale) || packing.scale == 0 || !std::isfinite(packing.offset))
+    throw std::runtime_error(where + " has attributes scale_factor and add_offset that make no numbers");
+  for (const char* name : {"_FillValue", "missing_value"}) packing.fills.push_back(take(name, io::unknown));
+  packing.text = fmt::format("{}", fmt::join(found, ", "));
+  return packing;
+}
 
 struct ArrayFile::Impl {
   h5::Handle file;
   std::vector<std::optional<h5::Dataset>> datasets;  // nullopt: unreadable, reason in array.text
   std::vector<FileArray> arrays;
+  std::vector<Packing> packings;
   std::vector<bool> whole;  // true: all announced values are stored
 
   void load(const std::filesystem::path& path) {
@@ -104,20 +171,34 @@ struct ArrayFile::Impl {
     std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
     h5::check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), damaged);
     array->extent.assign(extent.begin(), extent.end());
-    double slice = array->bytes;
-    for (std::size_t axis = 1; axis < extent.size(); ++axis) slice *= static_cast<double>(extent[axis]);
-    if (slice > max_slice) return;
     array->name = name;
     array->text = "HDF5";
     array->unit = text_of(opened, "unit");
     if (array->unit.empty()) array->unit = text_of(opened, "units");
     std::optional<h5::Dataset> dataset;
+    Packing packing;
+    const std::string unreadable = "has a dataset that cannot be read: ";
     try {
-      dataset.emplace(file, name, CaptureReader::not_cut, "has a dataset that cannot be read: ");
+      packing = Packing::of(opened, unreadable + name);
+      if (!packing.text.empty()) {
+        packing.is_long = array->kind != TOFGRAPH_ELEMENT_FLOAT && array->bytes == 8;
+        array->kind = TOFGRAPH_ELEMENT_FLOAT;
+        array->bytes = 8;
+        array->text += ", unpacked: " + packing.text;
+      }
+      double slice = array->bytes;
+      for (std::size_t axis = 1; axis < extent.size(); ++axis) slice *= static_cast<double>(extent[axis]);
+      if (slice > max_slice)
+        throw std::runtime_error(
+            fmt::format("{}{} has {:.3g} GiB per element of its slowest axis, 2 are possible: store it "
+                        "with the frames first",
+                        unreadable, name, slice / max_slice * 2));
+      dataset.emplace(file, name, CaptureReader::not_cut, unreadable);
     } catch (const std::runtime_error& problem) {  // other datasets may be readable
       H5Eclear2(H5E_DEFAULT);
       array->text = problem.what();
     }
+    packings.push_back(std::move(packing));
     datasets.push_back(std::move(dataset));
     arrays.push_back(std::move(*array));
     whole.push_back(false);
@@ -129,6 +210,9 @@ struct ArrayFile::Impl {
     if (!whole[array]) dataset->stored_frames(true);
     whole[array] = true;
     dataset->read_range(first, count, memory_type_of(arrays[array]), out);
+    if (packings[array].text.empty()) return;
+    const std::uint64_t slice = arrays[array].elements() / arrays[array].extent[0];
+    packings[array].apply({static_cast<double*>(out), count * slice});
   }
 };
 

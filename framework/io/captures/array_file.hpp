@@ -12,7 +12,8 @@
 namespace tofgraph::io {
 
 /// Datasets of integers or floating-point numbers with one to five dimensions, under their paths in the file
-/// ("camera/depth"). Others (texts, compounds, scalars, those in other files) are ignored.
+/// ("camera/depth"). Others (texts, compounds, scalars, those in other files) are ignored. Datasets with the netCDF
+/// (CF) attributes scale_factor, add_offset, _FillValue or missing_value are unpacked to float64, fill values to NaN.
 class ArrayFile {
  public:
   /// Opens the file after a child process has read the ends of each array.
@@ -30,6 +31,7 @@ class ArrayFile {
   static void read_on_trial(const std::filesystem::path& file);
 
  private:
+  struct Packing;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
