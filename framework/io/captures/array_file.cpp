@@ -133,7 +133,7 @@ struct ArrayFile::Impl {
 };
 
 ArrayFile::ArrayFile(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  run_trial_once(file, {config::trial_program(), "arrays", file.string()});
+  run_trial_once(file, "arrays", {config::trial_program(), "arrays", file.string()});
   const h5::Lock lock;
   impl_->load(file);
 }

@@ -102,7 +102,8 @@ CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) : impl_(st
   impl_->end = end;
   try {
     impl_->check_file();
-    run_trial_once(file, {config::trial_program(), "capture", file.string(), std::to_string(end)});
+    run_trial_once(file, end == not_cut ? capture_trial : fmt::format("{} up to {}", capture_trial, end),
+                   {config::trial_program(), "capture", file.string(), std::to_string(end)});
     const h5::Lock lock;
     impl_->load();
   } catch (const std::exception& problem) {
