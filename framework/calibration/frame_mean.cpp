@@ -142,7 +142,6 @@ void check_fits(const io::CaptureFacts& capture, const tofgraph_camera& camera) 
   if (header.width != camera.width || header.height != camera.height)
     throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", header.width, header.height,
                                          camera.name, camera.width, camera.height));
-  if (capture.frames == 0) throw std::runtime_error("has no frames");
   if (capture.exposures != 0 && capture.exposures != physics::four_exposures.size())
     throw std::runtime_error(fmt::format(
         "has {} exposures per frame: a calibration needs four steps of 90 deg of one frequency, or recorded distances",
@@ -263,8 +262,7 @@ std::variant<io::Recording, io::Statistics> read(const io::Condition& condition,
 }  // namespace
 
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
-  if (capture.frames() == 0) throw std::runtime_error("has no frames");
-  const auto frames = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
+  const auto frames = io::used_frames(condition, capture.frames());
   io::check_one_integration_time(capture, frames);
   complete_from(capture.metadata(frames[0]), condition, camera);
 }

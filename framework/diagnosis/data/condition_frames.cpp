@@ -48,7 +48,6 @@ void check_facts(const io::CaptureFacts& facts, const tofgraph_camera& camera) {
   if (facts.header.width != camera.width || facts.header.height != camera.height)
     throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", facts.header.width,
                                          facts.header.height, camera.name, camera.width, camera.height));
-  if (facts.frames == 0) throw std::runtime_error("has no frames");
   if (const std::string problem = io::other_exposures(facts, camera); !problem.empty())
     throw std::runtime_error(problem);
 }

@@ -25,6 +25,7 @@ std::string difference_of(const std::string& now, const std::string& then) {
 }  // namespace
 
 std::array<std::uint64_t, 2> used_frames(const Condition& condition, std::uint64_t frames) {
+  if (frames == 0) throw std::runtime_error("has no frames");
   const std::array<std::uint64_t, 2> used = condition.frames.value_or(std::array<std::uint64_t, 2>{0, frames - 1});
   if (used[1] >= frames)
     throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", frames, used[1]));

@@ -14,7 +14,8 @@
 
 namespace tofgraph::io {
 
-/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist
+/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist,
+/// or the capture has none
 std::array<std::uint64_t, 2> used_frames(const Condition& condition, std::uint64_t frames);
 
 /// @throws std::runtime_error if frames of a condition have several integration times, because these cannot be averaged
