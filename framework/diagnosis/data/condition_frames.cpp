@@ -54,7 +54,7 @@ void check_facts(const io::CaptureFacts& facts, const tofgraph_camera& camera) {
 
 ConditionFrames of_capture(const io::Condition& condition, const io::Camera& camera) {
   const io::Recording recording(condition.capture);
-  const io::CaptureFacts facts = io::facts_of(recording.reader());
+  const io::CaptureFacts facts = io::facts_of(recording.reader(), condition);
   check_facts(facts, camera.view());
   if (recording.kind() == io::Recording::Kind::images)
     throw std::runtime_error("has neither taps nor phases nor distance");

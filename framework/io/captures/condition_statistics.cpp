@@ -44,6 +44,15 @@ void check_one_integration_time(const CaptureReader& capture, const std::array<s
   }
 }
 
+void complete(Condition& condition, const CaptureFacts& capture) {
+  const tofgraph_metadata& first = capture.first;
+  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
+  if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
+  if (std::isnan(condition.integration_time))
+    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
+}
+
 std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,
                                 const Camera& camera) {
   const tofgraph_camera& view = camera.view();
