@@ -142,7 +142,6 @@ void check_fits(const io::CaptureFacts& capture, const tofgraph_camera& camera) 
   if (header.width != camera.width || header.height != camera.height)
     throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", header.width, header.height,
                                          camera.name, camera.width, camera.height));
-  if (capture.frames == 0) throw std::runtime_error("has no frames");
   if (capture.exposures != 0 && capture.exposures != physics::four_exposures.size())
     throw std::runtime_error(fmt::format(
         "has {} exposures per frame: a calibration needs four steps of 90 deg of one frequency, or recorded distances",
@@ -231,14 +230,11 @@ void set_frame_noise(PixelMeans& means) {
   means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
 }
 
-/// Sets values that a condition does not state from its capture. @param first metadata of its first frame
-void complete_from(const tofgraph_metadata& first, io::Condition& condition, const tofgraph_camera& camera) {
+/// @throws std::runtime_error also if the modulation frequency differs from the camera's
+void complete_from(const io::CaptureFacts& capture, io::Condition& condition, const tofgraph_camera& camera) {
   using config::format_quantity;
-  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
-  if (std::isnan(condition.integration_time))
-    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
-  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
-  const double frequency = first.modulation_frequency;
+  io::complete(condition, capture);
+  const double frequency = capture.first.modulation_frequency;
   if (std::isfinite(frequency) && std::abs(frequency / camera.modulation_frequency - 1) > 1e-3)
     throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
                                          format_quantity(frequency, "Hz"), camera.name,
@@ -253,25 +249,19 @@ std::variant<io::Recording, io::Statistics> read(const io::Condition& condition,
   if (statistics.sums.kind != "taps" && statistics.sums.kind != "phases")
     throw std::runtime_error(
         "holds statistics of decoded frames, without sums of distances: give the campaign of captures");
-  if (statistics.header.frames[0] != 0 && std::isnan(condition.integration_time))
-    throw std::runtime_error(
-        "states the integration time of the capture's first frame only; write e.g. integration_time: 1 ms in the "
-        "campaign");
   return statistics;
 }
 
 }  // namespace
 
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
-  if (capture.frames() == 0) throw std::runtime_error("has no frames");
-  const auto frames = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
-  io::check_one_integration_time(capture, frames);
-  complete_from(capture.metadata(frames[0]), condition, camera);
+  io::check_one_integration_time(capture, io::used_frames(condition, capture.frames()));
+  complete_from(io::facts_of(capture, condition), condition, camera);
 }
 
 std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
                                      const tofgraph_camera& camera) {
-  const io::CaptureFacts facts = io::facts_of(recording.reader());
+  const io::CaptureFacts facts = io::facts_of(recording.reader(), condition);
   check_fits(facts, camera);
   return io::used_frames(condition, facts.frames);
 }
@@ -288,7 +278,7 @@ BoardFrames::BoardFrames(const io::Condition& condition, const io::Camera& camer
   if (const auto* recording = std::get_if<io::Recording>(&frames_))
     complete(condition_, recording->reader(), camera.view());
   else
-    complete_from(std::get<io::Statistics>(frames_).header.facts.first, condition_, camera.view());
+    complete_from(std::get<io::Statistics>(frames_).header.facts, condition_, camera.view());
 }
 
 const io::CaptureHeader& BoardFrames::header() const {
@@ -298,7 +288,7 @@ const io::CaptureHeader& BoardFrames::header() const {
 
 double BoardFrames::recorded_time() const {
   if (const auto* recording = std::get_if<io::Recording>(&frames_))
-    return recording->reader().metadata(condition_.frames ? (*condition_.frames)[0] : 0).integration_time;
+    return io::facts_of(recording->reader(), condition_).first.integration_time;
   return std::get<io::Statistics>(frames_).header.facts.first.integration_time;
 }
 

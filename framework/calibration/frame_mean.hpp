@@ -14,8 +14,9 @@
 
 namespace tofgraph::calibration {
 
-/// Completes a condition from the capture: integration time, time since power-on.
-/// @throws std::runtime_error for several or unknown integration times, or a modulation frequency unlike the camera's
+/// Completes a condition from the capture: integration time, time since power-on, temperature.
+/// @throws std::runtime_error for missing frames, several or unknown integration times, or a modulation frequency
+/// unlike the camera's
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera);
 
 /// First and last frame of a condition in its recording. @param camera expected camera
@@ -39,7 +40,7 @@ class BoardFrames {
   /// contain no sums of distances
   BoardFrames(const io::Condition& condition, const io::Camera& camera);
 
-  /// The condition with the capture's integration time and time since power-on.
+  /// The condition, completed from the capture.
   const io::Condition& condition() const { return condition_; }
   const io::CaptureHeader& header() const;
   /// Integration time stated by the capture, s; NaN: none.

@@ -3,6 +3,7 @@
 #include "calibration/camera_identity.hpp"
 #include "calibration/warm_up.hpp"
 #include "config/diagnostics.hpp"
+#include "io/captures/condition_statistics.hpp"
 #include "io/captures/recording.hpp"
 
 #include <fmt/format.h>
@@ -45,10 +46,7 @@ class Splitter {
  private:
   void split_capture(const io::Condition& condition, config::Diagnostics& diagnostics) {
     const io::CaptureReader capture(condition.capture);
-    if (capture.frames() == 0) throw std::runtime_error("has no frames");
-    const auto [first, last] = condition.frames.value_or(std::array<std::uint64_t, 2>{0, capture.frames() - 1});
-    if (last >= capture.frames())
-      throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", capture.frames(), last));
+    const auto [first, last] = io::used_frames(condition, capture.frames());
     const std::uint64_t count = last - first + 1, at_once = (count + max_points - 1) / max_points;
     if (!std::isfinite(time_of(condition, capture, first, first))) {
       diagnostics.error(place_of(condition),

@@ -160,8 +160,8 @@ class ShardReduction {
     const bool same =
         before != known_.end() && before->second.bytes == one.bytes && before->second.modified_ns == one.modified_ns;
     one.sha256 = same ? before->second.sha256 : io::sha256_of_file(capture);
-    const std::uint64_t frames = condition.frames ? 0 : io::read_facts(capture).frames;
-    const auto used = condition.frames ? *condition.frames : io::used_frames(condition, frames);
+    const auto used =
+        condition.frames ? *condition.frames : io::used_frames(condition, io::read_facts(condition).frames);
     one.key = io::sha256_of(io::statistics_settings(one.sha256, used, *campaign_.camera));
     const fs::path file = statistics_path(options_.out, one.key);
     if (is_whole(file)) return one;

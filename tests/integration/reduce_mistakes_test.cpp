@@ -113,11 +113,14 @@ TEST_F(ReduceMistakes, RefusesAnotherVersion) {
   copy("s", "version");
   const fs::path file = first_file("version");
   std::string bytes = read_text(file);
-  bytes.replace(bytes.find("statistics 1"), 12, "statistics 2");
+  bytes.replace(bytes.find("statistics 2"), 12, "statistics 1");
   write_text(file, bytes);
   const Outcome outcome = run("$TOFGRAPH diagnose --model ideal.yaml --data version -o none");
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_THAT(outcome.err, HasSubstr("is of version 2 of the format, this program reads version 1"));
+  EXPECT_THAT(outcome.err, HasSubstr("is of version 1 of the statistics, this program reads version 2"));
+  EXPECT_THAT(run("$TOFGRAPH merge version").err, HasSubstr("reduce the captures again"));
+  EXPECT_THAT(done("$TOFGRAPH reduce c/campaign.yaml -o version").err, HasSubstr("1 damaged and made again"));
+  EXPECT_EQ(read_text(file), read_text(first_file("s")));
 }
 
 TEST_F(ReduceMistakes, RefusesWrongShards) {

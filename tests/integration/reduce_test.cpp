@@ -70,13 +70,15 @@ TEST_F(Reduce, SameCalibrationsFromStatisticsAsFromCaptures) {
     EXPECT_THAT(text, HasSubstr("\nvalues:\n"));
     return text.substr(text.find("\nvalues:\n"));
   };
-  for (const std::string kind : {"offset", "fixed-pattern"}) {
+  for (const std::string kind : {"offset", "fixed-pattern", "integration-time"}) {
     done("$TOFGRAPH calibrate " + kind + " c/campaign.yaml --force -o captures_" + kind + ".yaml");
     done("$TOFGRAPH calibrate " + kind + " s/campaign.yaml --force -o statistics_" + kind + ".yaml");
     EXPECT_EQ(values("captures_" + kind + ".yaml"), values("statistics_" + kind + ".yaml"));
   }
   EXPECT_TRUE(read_text(home() / "captures_fixed-pattern.maps.h5") ==
               read_text(home() / "statistics_fixed-pattern.maps.h5"));
+  for (const std::string data : {"c", "s"}) done("$TOFGRAPH report " + data + "/campaign.yaml -o report_" + data);
+  EXPECT_EQ(read_text(home() / "report_c/report.json"), read_text(home() / "report_s/report.json"));
   EXPECT_THAT(run("$TOFGRAPH calibrate noise s/campaign.yaml -o noise.yaml").err,
               HasSubstr("give the campaign of captures"));
 }

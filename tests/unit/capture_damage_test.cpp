@@ -239,7 +239,7 @@ TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "file", count = folder.path() / "count";
   const auto trials = [&] {
-    io::run_trial_once(file, {"/bin/sh", "-c", "echo >>'" + count.string() + "'"});
+    io::run_trial_once(file, "kind", {"/bin/sh", "-c", "echo >>'" + count.string() + "'"});
     return fs::file_size(count);
   };
   write_text(file, "one");
@@ -250,11 +250,24 @@ TEST(Trial, IsMadeOnceOfEachStateOfAFile) {
   write_text(folder.path() / "other", "two");
   fs::rename(folder.path() / "other", file);
   EXPECT_EQ(trials(), 3U);
-  const auto fails = [&] { return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo bad"}); }); };
+  const auto fails = [&] { return thrown([&] { io::run_trial_once(file, "kind", {"/bin/sh", "-c", "echo bad"}); }); };
   EXPECT_EQ(fails(), "");  // because it has passed before
   write_text(file, "three");
   EXPECT_EQ(fails(), "bad\n");
   EXPECT_EQ(fails(), "bad\n");  // a file that failed is checked again
+}
+
+/// A capture that passed as a file of arrays, or the reverse, is checked again: the trials read different parts.
+TEST(Trial, IsMadeOnceOfEachKind) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "file";
+  write_text(file, "one");
+  const auto tried = [&](const std::string& kind) {
+    return !thrown([&] { io::run_trial_once(file, kind, {"/bin/sh", "-c", "echo bad"}); }).empty();
+  };
+  io::run_trial_once(file, "arrays", {"/bin/true"});
+  EXPECT_FALSE(tried("arrays"));
+  EXPECT_TRUE(tried("capture"));
 }
 
 /// Files that passed in advance are not checked again; files that failed keep their reason.
@@ -273,7 +286,7 @@ TEST(Trial, OfManyFilesIsMadeAhead) {
   ASSERT_EQ(mkfifo(files.back().c_str(), 0600), 0);
   io::try_ahead(files);
   const auto again = [&](const fs::path& file) {
-    return thrown([&] { io::run_trial_once(file, {"/bin/sh", "-c", "echo tried"}); });
+    return thrown([&] { io::run_trial_once(file, io::capture_trial, {"/bin/sh", "-c", "echo tried"}); });
   };
   for (std::size_t i = 0; i < 40; ++i) EXPECT_EQ(again(files[i]), i % 7 == 3 ? "tried\n" : "") << i;
   EXPECT_EQ(again(files.back()), "tried\n");

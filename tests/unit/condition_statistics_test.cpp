@@ -34,6 +34,8 @@ TEST(ConditionStatistics, AFrameBeyondTheCaptureIsRejected) {
   condition.frames = {1, 4};
   EXPECT_THAT([&] { io::used_frames(condition, 4); },
               testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("has 4 frames")));
+  EXPECT_THAT([&] { io::used_frames({}, 0); },
+              testing::ThrowsMessage<std::runtime_error>(testing::HasSubstr("has no frames")));
   EXPECT_EQ(io::used_frames(condition, 5), (std::array<std::uint64_t, 2>{1, 4}));
 }
 

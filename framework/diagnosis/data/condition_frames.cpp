@@ -48,14 +48,13 @@ void check_facts(const io::CaptureFacts& facts, const tofgraph_camera& camera) {
   if (facts.header.width != camera.width || facts.header.height != camera.height)
     throw std::runtime_error(fmt::format("is {} x {} px, the camera '{}' has {} x {}", facts.header.width,
                                          facts.header.height, camera.name, camera.width, camera.height));
-  if (facts.frames == 0) throw std::runtime_error("has no frames");
   if (const std::string problem = io::other_exposures(facts, camera); !problem.empty())
     throw std::runtime_error(problem);
 }
 
 ConditionFrames of_capture(const io::Condition& condition, const io::Camera& camera) {
   const io::Recording recording(condition.capture);
-  const io::CaptureFacts facts = io::facts_of(recording.reader());
+  const io::CaptureFacts facts = io::facts_of(recording.reader(), condition);
   check_facts(facts, camera.view());
   if (recording.kind() == io::Recording::Kind::images)
     throw std::runtime_error("has neither taps nor phases nor distance");

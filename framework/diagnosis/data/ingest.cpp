@@ -5,6 +5,7 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
+#include "io/captures/condition_statistics.hpp"
 #include "io/serial.hpp"
 #include "io/sha256.hpp"
 #include "simulation/files/pose.hpp"
@@ -29,15 +30,6 @@ namespace {
 std::string problem_of(const io::Condition& c) {
   if (!c.is_capped() && (!c.has_board() || !c.scene.empty())) return "it shows no single board";
   return "";
-}
-
-/// Fills in values that the capture states and the campaign does not.
-void complete(io::Condition& condition, const tofgraph_metadata& first) {
-  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
-  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
-  if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
-  if (std::isnan(condition.integration_time))
-    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
 }
 
 /// Result of reading one condition, or the reason why it could not be read.
@@ -76,7 +68,7 @@ class Reader {
     const ConditionFrames frames = read_frames(condition, profile_);
     const FrameSums& sums = frames.sums;
     result.serial = frames.facts.header.serial;
-    complete(condition, frames.facts.first);
+    io::complete(condition, frames.facts);
     result.recorded_time = frames.facts.first.integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {

@@ -216,10 +216,12 @@ struct ArrayFile::Impl {
   }
 };
 
-ArrayFile::ArrayFile(const std::filesystem::path& file) : impl_(std::make_unique<Impl>()) {
-  run_trial_once(file, {config::trial_program(), "arrays", file.string()});
+ArrayFile::ArrayFile(const std::filesystem::path& file) {
+  run_trial_once(file, "arrays", {config::trial_program(), "arrays", file.string()});
   const h5::Lock lock;
-  impl_->load(file);
+  auto impl = std::make_unique<Impl>();  // local, so that a failure closes the file with the lock held
+  impl->load(file);
+  impl_ = std::move(impl);
 }
 
 ArrayFile::~ArrayFile() {

@@ -60,7 +60,7 @@ class Check {
     std::error_code error;
     if (!std::filesystem::is_regular_file(condition.capture, error)) return {};  // already reported, or none
     try {
-      return one(condition, read_facts(condition.capture));
+      return one(condition, read_facts(condition));
     } catch (const std::runtime_error& problem) {
       if (purpose_ == CapturesFor::anything) mistake(condition, problem.what());
       return {};
@@ -100,11 +100,11 @@ class Check {
       opened.size = fmt::format("{} x {} px, the camera '{}' has {} x {}", header.width, header.height, camera->name,
                                 camera->width, camera->height);
     if (camera != nullptr && header.camera != camera->name) opened.camera = header.camera;
-    if (capture.frames > 0) opened.time = capture.first.integration_time;
+    opened.time = capture.first.integration_time;
     if (condition.frames && (*condition.frames)[1] >= capture.frames)
       mistake(condition, fmt::format("the capture has {}, counted from 0: frame {} does not exist",
                                      config::counted(capture.frames, "frame"), (*condition.frames)[1]));
-    if (std::isnan(condition.integration_time) && capture.frames > 0 && std::isnan(opened.time))
+    else if (std::isnan(condition.integration_time) && std::isnan(opened.time))
       obstacle(condition, "capture", "neither it nor its capture states the integration time",
                "example: integration_time: 1 ms");
     exposures(condition, capture);

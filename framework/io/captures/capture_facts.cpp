@@ -4,16 +4,14 @@
 
 #include "io/captures/statistics_file.hpp"
 
-#include <limits>
-
 namespace tofgraph::io {
 
-CaptureFacts facts_of(const CaptureReader& capture) {
-  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+CaptureFacts facts_of(const CaptureReader& capture, const Condition& condition) {
   CaptureFacts facts{capture.header(), capture.frames(), {}, 0};
   facts.first.integration_time = facts.first.modulation_frequency = unknown;
   facts.first.temperature = facts.first.time_since_power_on = unknown;
-  if (facts.frames > 0) facts.first = capture.metadata(0);
+  if (const std::uint64_t first = condition.frames ? (*condition.frames)[0] : 0; first < facts.frames)
+    facts.first = capture.metadata(first);
   for (const CaptureChannel& channel : capture.channels()) {
     if (channel.name != "taps" && channel.name != "phases") continue;
     facts.exposures = channel.extent[0];
@@ -22,8 +20,9 @@ CaptureFacts facts_of(const CaptureReader& capture) {
   return facts;
 }
 
-CaptureFacts read_facts(const std::filesystem::path& file) {
-  return is_statistics(file) ? read_statistics_header(file).facts : facts_of(CaptureReader(file));
+CaptureFacts read_facts(const Condition& condition) {
+  const std::filesystem::path& file = condition.capture;
+  return is_statistics(file) ? read_statistics_header(file).facts : facts_of(CaptureReader(file), condition);
 }
 
 }  // namespace tofgraph::io

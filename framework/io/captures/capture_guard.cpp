@@ -35,21 +35,21 @@ std::optional<Version> version_of(const std::filesystem::path& file) {
                  now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
 }
 
-/// Files that passed their trial in this run.
+/// Trials that files passed in this run, by kind.
 class Passed {
  public:
-  bool has(const Version& version) {
+  bool has(const std::string& kind, const Version& version) {
     const std::scoped_lock lock(mutex_);
-    return versions_.contains(version);
+    return trials_.contains({kind, version});
   }
-  void add(const Version& version) {
+  void add(const std::string& kind, const Version& version) {
     const std::scoped_lock lock(mutex_);
-    versions_.insert(version);
+    trials_.insert({kind, version});
   }
 
  private:
   std::mutex mutex_;
-  std::set<Version> versions_;
+  std::set<std::pair<std::string, Version>> trials_;
 };
 
 Passed& passed() {
@@ -78,11 +78,11 @@ void run_trial(std::vector<std::string> command) {
       result.signal != 0 ? result.signal : result.exit_code, result.errors.empty() ? "" : ": ", result.errors));
 }
 
-void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command) {
+void run_trial_once(const std::filesystem::path& file, const std::string& kind, std::vector<std::string> command) {
   const std::optional<Version> before = version_of(file);
-  if (before && passed().has(*before)) return;
+  if (before && passed().has(kind, *before)) return;
   run_trial(std::move(command));
-  if (before && before == version_of(file)) passed().add(*before);
+  if (before && before == version_of(file)) passed().add(kind, *before);
 }
 
 void try_ahead(const std::vector<std::filesystem::path>& files) {
@@ -90,7 +90,7 @@ void try_ahead(const std::vector<std::filesystem::path>& files) {
   for (const std::filesystem::path& file : files) {
     std::error_code error;
     const std::optional<Version> version = version_of(file);
-    if (version && std::filesystem::is_regular_file(file, error) && !passed().has(*version))
+    if (version && std::filesystem::is_regular_file(file, error) && !passed().has(capture_trial, *version))
       untried.emplace(*version, file);
   }
   const std::vector<std::pair<Version, std::filesystem::path>> all(untried.begin(), untried.end());
@@ -109,7 +109,7 @@ void try_ahead(const std::vector<std::filesystem::path>& files) {
     std::istringstream numbers(result.output);
     for (std::size_t k = 0; numbers >> k;) {
       const std::size_t i = program + k * programs;
-      if (i < all.size() && version_of(all[i].second) == all[i].first) passed().add(all[i].first);
+      if (i < all.size() && version_of(all[i].second) == all[i].first) passed().add(capture_trial, all[i].first);
     }
   });
 }

@@ -16,9 +16,12 @@ namespace tofgraph::io {
 /// @throws std::runtime_error with that text, or stating that the program crashed or timed out
 void run_trial(std::vector<std::string> command);
 
-/// Like run_trial(), but skipped if the file has passed before and is unchanged.
-/// @param command trial of the file, always the same for one file
-void run_trial_once(const std::filesystem::path& file, std::vector<std::string> command);
+/// Kind of the trial that reads a file as a capture.
+inline constexpr const char* capture_trial = "capture";
+
+/// Like run_trial(), but skipped if the file has passed a trial of this kind before and is unchanged.
+/// @param kind name; trials of one kind and file have the same command
+void run_trial_once(const std::filesystem::path& file, const std::string& kind, std::vector<std::string> command);
 
 /// Tries many captures with few processes, so that run_trial_once() skips those that pass. Problems with the others
 /// are reported when they are read.

@@ -65,6 +65,21 @@ std::vector<std::string> names_in(hid_t group) {
   return names;
 }
 
+/// @throws std::runtime_error if there is no file that could be a capture
+void check_file(const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(file, error)) {
+    if (fs::exists(file.string() + ".part", error))
+      throw std::runtime_error(
+          fmt::format("does not exist, but {}.part does: a recording that is still running or was cut off; "
+                      "it can be read under that name",
+                      file.filename().string()));
+    throw std::runtime_error("there is no such file");
+  }
+  if (!fs::is_regular_file(file, error)) throw std::runtime_error("is not a file");
+  if (fs::file_size(file, error) == 0 && !error) throw std::runtime_error("is empty");
+}
+
 }  // namespace
 
 struct CaptureReader::Impl {
@@ -80,7 +95,6 @@ struct CaptureReader::Impl {
   std::uint64_t end = not_cut;  // length of a truncated file in bytes
 
   bool is_cut() const { return end != not_cut; }
-  void check_file() const;
   void load();
   void try_frames() const;
   void open();
@@ -97,14 +111,17 @@ struct CaptureReader::Impl {
 
 CaptureReader::CaptureReader(const fs::path& file) : CaptureReader(file, not_cut) {}
 
-CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) : impl_(std::make_unique<Impl>()) {
-  impl_->file = file;
-  impl_->end = end;
+CaptureReader::CaptureReader(const fs::path& file, std::uint64_t end) {
   try {
-    impl_->check_file();
-    run_trial_once(file, {config::trial_program(), "capture", file.string(), std::to_string(end)});
+    check_file(file);
+    run_trial_once(file, end == not_cut ? capture_trial : fmt::format("{} up to {}", capture_trial, end),
+                   {config::trial_program(), "capture", file.string(), std::to_string(end)});
     const h5::Lock lock;
-    impl_->load();
+    auto impl = std::make_unique<Impl>();  // local, so that a failure closes the file with the lock held
+    impl->file = file;
+    impl->end = end;
+    impl->load();
+    impl_ = std::move(impl);
   } catch (const std::exception& problem) {
     throw std::runtime_error(fmt::format("{}: {}", file.string(), problem.what()));
   }
@@ -140,20 +157,6 @@ void CaptureReader::Impl::try_frames() const {
 CaptureReader::~CaptureReader() {
   const h5::Lock lock;
   impl_.reset();
-}
-
-void CaptureReader::Impl::check_file() const {
-  std::error_code error;
-  if (!fs::exists(file, error)) {
-    if (fs::exists(file.string() + ".part", error))
-      throw std::runtime_error(
-          fmt::format("does not exist, but {}.part does: a recording that is still running or was cut off; "
-                      "it can be read under that name",
-                      file.filename().string()));
-    throw std::runtime_error("there is no such file");
-  }
-  if (!fs::is_regular_file(file, error)) throw std::runtime_error("is not a file");
-  if (fs::file_size(file, error) == 0 && !error) throw std::runtime_error("is empty");
 }
 
 void CaptureReader::Impl::open() {

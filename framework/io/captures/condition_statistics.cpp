@@ -25,6 +25,7 @@ std::string difference_of(const std::string& now, const std::string& then) {
 }  // namespace
 
 std::array<std::uint64_t, 2> used_frames(const Condition& condition, std::uint64_t frames) {
+  if (frames == 0) throw std::runtime_error("has no frames");
   const std::array<std::uint64_t, 2> used = condition.frames.value_or(std::array<std::uint64_t, 2>{0, frames - 1});
   if (used[1] >= frames)
     throw std::runtime_error(fmt::format("has {} frames, the campaign needs frame {}", frames, used[1]));
@@ -41,6 +42,15 @@ void check_one_integration_time(const CaptureReader& capture, const std::array<s
           "frames: [0, 19]",
           config::format_quantity(first, "s"), config::format_quantity(time, "s")));
   }
+}
+
+void complete(Condition& condition, const CaptureFacts& capture) {
+  const tofgraph_metadata& first = capture.first;
+  if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
+  if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
+  if (std::isnan(condition.temperature)) condition.temperature = first.temperature;
+  if (std::isnan(condition.integration_time))
+    throw std::runtime_error("does not state its integration time; write e.g. integration_time: 1 ms in the campaign");
 }
 
 std::string statistics_settings(const std::string& capture_sha256, const std::array<std::uint64_t, 2>& frames,

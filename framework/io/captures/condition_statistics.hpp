@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Statistics of a condition: the settings on which its sums depend, and its statistics file checked against
-/// them.
+/// @file Frames of a condition and the values that its capture states; the settings on which sums over these frames
+/// depend, and a statistics file checked against them.
 #pragma once
 
 #include "io/camera.hpp"
@@ -14,11 +14,17 @@
 
 namespace tofgraph::io {
 
-/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist
+/// First and last frame of a condition. @param frames of its capture @throws std::runtime_error if one does not exist,
+/// or the capture has none
 std::array<std::uint64_t, 2> used_frames(const Condition& condition, std::uint64_t frames);
 
 /// @throws std::runtime_error if frames of a condition have several integration times, because these cannot be averaged
 void check_one_integration_time(const CaptureReader& capture, const std::array<std::uint64_t, 2>& frames);
+
+/// Sets values that a condition does not state: integration time, time since power-on, temperature.
+/// @param capture facts with the metadata of the condition's first frame
+/// @throws std::runtime_error if the integration time is unknown
+void complete(Condition& condition, const CaptureFacts& capture);
 
 /// All settings on which the sums depend, one "name value" per line: the capture's hash, the frames, and the used parts
 /// of the profile. Board positions, reflectivities and similar values are excluded, since they may be corrected later.

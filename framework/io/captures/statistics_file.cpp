@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t block = 512;  ///< bytes before HDF5's, which HDF5 ignores ("user block")
 constexpr std::string_view magic = "tofgraph-statistics ";
+constexpr int layout_version = 1;  ///< of the attributes and datasets
 constexpr int compression = 4;
 
 std::string bytes_of(const fs::path& file) {
@@ -46,7 +47,7 @@ void check_bytes(const fs::path& file) {
   if (!view.starts_with(magic)) fail("is not a statistics file, or is damaged at its beginning");
   const int version = std::atoi(bytes.c_str() + magic.size());
   if (version != statistics_version)
-    fail(fmt::format("is of version {} of the format, this program reads version {}: reduce the captures again",
+    fail(fmt::format("is of version {} of the statistics, this program reads version {}: reduce the captures again",
                      version, statistics_version));
   if (bytes.size() <= block || view.substr(0, block) != first_block(view.substr(block)))
     fail("is damaged: its content does not have the SHA-256 that it states; `tofgraph reduce` makes it again");
@@ -95,7 +96,7 @@ std::string hdf5_image(const Statistics& s) {
   const StatisticsHeader& h = s.header;
   const CaptureHeader& c = h.facts.header;
   h5::write_text(file, "format", "tofgraph-statistics");
-  h5::write_numbers(file, "version", {statistics_version});
+  h5::write_numbers(file, "version", {layout_version});
   for (const auto& [name, text] : {std::pair{"key", h.key},
                                    {"camera", c.camera},
                                    {"settings", h.settings},

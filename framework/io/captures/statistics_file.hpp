@@ -22,7 +22,7 @@ struct StatisticsHeader {
   std::string settings;                   ///< everything the sums depend on, one "name value" per line
   std::string capture;                    ///< path relative to the campaign for which it was reduced
   std::string capture_sha256;             ///< of the capture's bytes
-  CaptureFacts facts;                     ///< of the capture
+  CaptureFacts facts;                     ///< of the capture, with the metadata of the first used frame
   std::array<std::uint64_t, 2> frames{};  ///< first and last frame that were used
 };
 
@@ -45,7 +45,9 @@ struct Statistics {
 };
 
 inline constexpr const char* statistics_extension = ".stats";
-inline constexpr int statistics_version = 1;
+/// Version of the rules by which sums and facts are computed from a capture; files of another version are refused.
+/// 2: one integration time per condition; facts of its first frame.
+inline constexpr int statistics_version = 2;
 
 /// True for the name of a statistics file.
 bool is_statistics(const std::filesystem::path& file);
@@ -54,7 +56,7 @@ bool is_statistics(const std::filesystem::path& file);
 void write_statistics(const std::filesystem::path& file, const Statistics& statistics);
 
 /// Reads a file after checking it against its hash, so that damage is found before HDF5 reads it.
-/// @throws std::runtime_error naming the file: damaged, another format version, unreadable
+/// @throws std::runtime_error naming the file: damaged, another version, unreadable
 Statistics read_statistics(const std::filesystem::path& file);
 
 /// Reads the header without the sums.
