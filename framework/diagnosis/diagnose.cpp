@@ -341,7 +341,8 @@ class Run {
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was excluded: {}", name, why));
     for (const EffectFinding& tried : d_->search.dropped)
-      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+      d_->notes_on_dropped.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+    note(d_->notes_on_dropped);
   }
 
   /// Number of random halves. Without repeated measurements the tests treat all residuals as noise that is independent

@@ -90,11 +90,8 @@ void CandidateGram::add_to(Eigen::MatrixXd& sum) const {
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own) {
   std::vector<SharedColumn> parts;
   for (Eigen::Index c = 0; c < own; ++c) parts.push_back({c, c, 1});
-  const int target = problem.target[condition];
-  if (target >= 0) parts.push_back({own + light_direction, own + target, 1});
-  const auto targets = static_cast<Eigen::Index>(problem.targets.size());
-  for (const Shared& shared : problem.nuisances.of_condition[condition])
-    parts.push_back({own + shared.direction, own + targets + shared.unknown, shared.factor});
+  for (const Shared& shared : problem.unknowns(0).of_condition(condition))
+    parts.push_back({own + shared.direction, own + shared.unknown, shared.factor});
   return parts;
 }
 

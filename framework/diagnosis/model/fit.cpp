@@ -185,7 +185,7 @@ State with_positive_amplitudes(const Problem& problem, State state) {
     for (std::size_t size = 0; size < free.size(); ++size) {
       if (free[size].nonlinear || free[size].minimum >= 0 || state.terms[t].values[size] >= 0) continue;
       for (std::size_t angle = 0; angle < free.size(); ++angle) {
-        if (!free[angle].nonlinear || !free[angle].is_angle()) continue;
+        if (!free[angle].is_angle()) continue;
         State turned = state;
         std::vector<double>& values = turned.terms[t].values;
         values[size] = -values[size];

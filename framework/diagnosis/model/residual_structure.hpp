@@ -14,8 +14,8 @@ namespace tofgraph::diagnosis {
 // ---- Contribution of one effect: an extended model compared with the model refitted without it ----
 
 /// True if two models differ by no more than the scatter between conditions, and otherwise by less than the practical
-/// threshold, even where that is significant. @param limit of chi-square for the former
-bool practically_equivalent(const Problem& problem, const State& one, const State& other, double limit);
+/// threshold, even where that is significant.
+bool practically_equivalent(const Problem& problem, const State& one, const State& other);
 
 /// Change by a model term at its values, and its derivatives there: compared with generic patterns.
 /// @param with a state that has the term @throws simulation::EffectError

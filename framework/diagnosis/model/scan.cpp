@@ -151,11 +151,10 @@ Whitened whiten(const Projected& projected, Score& score) {
   return result;
 }
 
-std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units, std::size_t draws,
-                                          std::uint64_t seed) {
+std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   Eigen::VectorXd of_units(1 + std::ranges::max(units));
-  std::vector<Eigen::VectorXd> signs(draws);
+  std::vector<Eigen::VectorXd> signs(settings.sign_flips);
   for (Eigen::VectorXd& s : signs) {
     for (double& sign : of_units) sign = (generator() & 1U) != 0 ? 1 : -1;
     s = of_units(units);
@@ -163,10 +162,11 @@ std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units
   return signs;
 }
 
-void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::size_t draws, std::uint64_t seed) {
+void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::uint64_t seed) {
+  constexpr std::size_t draws = settings.sign_flips;
   const std::size_t n = groups.size();
   std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
-  const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, draws, seed);
+  const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, seed);
   // Groups of different size are compared by their excess over the expectation for noise.
   const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
@@ -187,12 +187,13 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 }  // namespace
 
 bool significant(const Score& score) {
-  return score.p_value < settings.significance || (score.effective_sample_size < settings.min_effective_sample_size &&
-                                                   score.gain - score.dimension > settings.certain_gain * score.stays);
+  return score.p_value < settings.significance ||
+         (score.effective_sample_size < settings.min_effective_sample_size &&
+          score.gain - score.dimension > settings.certain_gain * score.run_length);
 }
 
 double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
-                 std::size_t flips, std::uint64_t seed) {
+                 std::uint64_t seed) {
   struct Flipped {
     Whitened whitened;
     double dimension = 0;
@@ -204,14 +205,14 @@ double chance_of(const Score& one, const Score& score, std::span<const std::vect
     all.push_back({std::move(whitened), scored.dimension});
   }
   const double seen = std::sqrt(one.gain) - std::sqrt(one.dimension);
-  const std::vector<Eigen::VectorXd> signs = random_signs(score.units, flips, seed);
-  std::vector<std::uint8_t> as_much(flips, 0);
-  tbb::parallel_for(std::size_t{0}, flips, [&](std::size_t d) {
+  const std::vector<Eigen::VectorXd> signs = random_signs(score.units, seed);
+  std::vector<std::uint8_t> as_much(signs.size(), 0);
+  tbb::parallel_for(std::size_t{0}, signs.size(), [&](std::size_t d) {
     as_much[d] = std::ranges::any_of(all, [&](const Flipped& group) {
       return group.whitened.statistic(signs[d]) - std::sqrt(group.dimension) >= seen;
     });
   });
-  return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(flips + 1);
+  return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(signs.size() + 1);
 }
 
 Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups,
@@ -230,7 +231,7 @@ Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Gr
 
 Scanner::~Scanner() = default;
 
-Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::size_t flips, std::uint64_t seed) const {
+Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::optional<std::uint64_t> seed) const {
   std::vector<ConditionGram> shares(products_.size());
   tbb::parallel_for(std::size_t{0}, shares.size(), [&](std::size_t i) {
     shares[i] =
@@ -245,28 +246,28 @@ Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::size_
   result.freedom -= dimension + static_cast<double>(problem_.targets.size());
   result.scores.resize(groups_);
   std::vector<Whitened> whitened(groups_);
-  for (Score& score : result.scores) score.units = units_, score.stays = run_length_;
+  for (Score& score : result.scores) score.units = units_, score.run_length = run_length_;
   tbb::parallel_for(std::size_t{0}, groups_,
                     [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
-  if (flips > 0 && groups_ > 0) flip(whitened, result.scores, flips, seed);
+  if (seed && groups_ > 0) flip(whitened, result.scores, *seed);
   return result;
 }
 
-Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups, std::size_t flips,
-          std::uint64_t seed) {
-  return Scanner(problem, fit, groups).scan(fit.state.random_sd, fit.dimension, flips, seed);
+Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups,
+          std::optional<std::uint64_t> seed) {
+  return Scanner(problem, fit, groups).scan(fit.state.random_sd, fit.dimension, seed);
 }
 
 double lack_of_fit(const Problem& problem, const ModelFit& fit) {
-  const Scan rest = scan(problem, fit, {}, 0, 0);
+  const Scan rest = scan(problem, fit, {});
   return rest.square / rest.freedom;
 }
 
-Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::size_t flips, std::uint64_t seed,
+Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::optional<std::uint64_t> seed,
                std::span<const Column> maps) {
   const Group* const only = &group;
   const Scanner scanner(problem, fit, std::span(&only, 1), maps);
-  return scanner.scan(fit.state.random_sd, fit.dimension, flips, seed).scores[0];
+  return scanner.scan(fit.state.random_sd, fit.dimension, seed).scores[0];
 }
 
 double false_discovery_limit(std::vector<double> p_values, double q) {

@@ -77,8 +77,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN for observables without data
-  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next two
-  std::vector<std::string> notes_on_found, notes_on_nuisances;
+  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next three
+  std::vector<std::string> notes_on_found, notes_on_nuisances, notes_on_dropped;
   Audit audit;
   SearchResult search;
   State as_it_was;                  ///< the given model, with fitted reflectivities

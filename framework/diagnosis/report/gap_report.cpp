@@ -170,19 +170,11 @@ void add_verdict(report::Page& page, const ReportData& data) {
   add_gaps(page, d);
 }
 
-/// Adds all notes except those below the verdict.
+/// Adds all notes except those of other sections.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
-  const auto above = [&](const std::string& note) {
-    return std::ranges::find(data.d.notes_on_found, note) != data.d.notes_on_found.end() ||
-           std::ranges::find(data.d.notes_on_nuisances, note) != data.d.notes_on_nuisances.end();
-  };
-  std::erase_if(notes, [&](const std::string& note) {
-    const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const EffectFinding& one) {
-      return note.starts_with(one.name + " was tried and is not named");
-    });
-    return tried || above(note);
-  });
+  for (const auto* others : {&data.d.notes_on_found, &data.d.notes_on_nuisances, &data.d.notes_on_dropped})
+    std::erase_if(notes, [&](const auto& note) { return std::ranges::find(*others, note) != others->end(); });
   if (notes.empty()) return;
   page.heading("Notes");
   page.list(notes);

@@ -51,7 +51,7 @@ struct SubsetOptions {
 /// @param information of all columns, nuisances projected out @param score of the residual in the same columns: the
 /// gain of columns S is score_S' (information_SS + prior)^-1 score_S
 std::vector<Subset> best_subsets(const Eigen::MatrixXd& information, const Eigen::VectorXd& score,
-                                 std::span<const Choice> choices, const SubsetOptions& options = {});
+                                 std::span<const Choice> choices, const SubsetOptions& options);
 
 // ---- Changes that candidates could make ----
 

@@ -222,7 +222,6 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
     taken_out_of_each.push_back(root_mean(taken_out, known));
     with_of_each.push_back(fold.gap(distance).after);
   }
-  improvement.conditions = conditions.size();
   if (conditions.empty()) return improvement;
   improvement.depth_without = std::sqrt(depth_without / count);
   if (!taken_out_of_each.empty()) {

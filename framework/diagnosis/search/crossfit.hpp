@@ -83,7 +83,6 @@ struct HeldOutImprovement {
   /// fold two effects may compensate each other, so that one without the other is far off.
   double median_taken_out = std::numeric_limits<double>::quiet_NaN();
   double median_with = std::numeric_limits<double>::quiet_NaN();
-  std::size_t conditions = 0;
   std::size_t folds_alone = 0, folds = 0;  ///< folds that chose exactly one of the names; folds that chose any
 
   bool is_significant() const { return low > 0; }

@@ -5,6 +5,7 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
 #include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <algorithm>
 #include <array>
@@ -271,10 +272,7 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
       questions.push_back(*std::move(question));
   }
   for (const Visibility& seen : audit.effects) {
-    if (!seen.blind || seen.candidate->amplitudes() == 0) continue;
-    const bool in_model =
-        std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == seen.candidate->name(); });
-    if (in_model) continue;
+    if (!seen.blind || seen.candidate->amplitudes() == 0 || is_in(state, *seen.candidate)) continue;
     for (Question& question : blind_questions(problem, state, information, *seen.candidate))
       questions.push_back(std::move(question));
   }

@@ -64,10 +64,10 @@ bool EffectTests::gate_once() {
   const auto rank = [](const EffectFinding& f) {
     return std::pair(f.refutation.empty(), std::isnan(f.explained_fraction) ? HUGE_VAL : f.explained_fraction);
   };
-  const PatternScan left = findings_.finder.find(selection.problem(), selection.best(), 0, 0);
+  const PatternScan with_all = findings_.finder.find(selection.best());
   for (const ModelTerm& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
-    EffectFinding now = evaluate_term(addition, left, is_confirmed(addition));
+    EffectFinding now = evaluate_term(addition, with_all, is_confirmed(addition));
     findings_.note({"questioned",
                     {now.name},
                     {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.explained_fraction}},
@@ -110,27 +110,20 @@ bool EffectTests::drop_unidentifiable() {
   return false;
 }
 
-double EffectTests::explained_fraction(const ModelFit& less, const Group& group) const {
-  const double gain = score_of(findings_.problem(), less, group, 0, 0).gain;
-  const double most = findings_.finder.find(findings_.problem(), less, 0, 0).most;
-  return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
-}
-
 /// Gain of an effect over that of the best generic pattern that it lowers; other residuals, in its observables or in
 /// others, do not matter. If everything is explained, the removed share of that pattern's gain, if larger: the pattern
 /// has then gained from parameters refitted with the effect. NaN if the effect lowers no pattern.
-/// @param less model without it @param left patterns of the model with it
-double EffectTests::explained(const ModelFit& less, const PatternScan& left, double gain) const {
-  const PatternScan before = findings_.finder.find(findings_.problem(), less, 0, 0);
+/// @param less model without it
+double EffectTests::explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const {
+  const PatternScan before = findings_.finder.find(less);
   double most = 0, gone = 0;
   for (std::size_t p = 0; p < before.gains.size(); ++p) {
-    const double fall = before.gains[p] - std::max(left.gains[p], 0.0);
+    const double fall = before.gains[p] - std::max(with_it.gains[p], 0.0);
     if (fall > settings.related_pattern_fall * before.gains[p] && before.gains[p] > most)
       most = before.gains[p], gone = fall;
   }
   if (!(most > 0)) return std::numeric_limits<double>::quiet_NaN();
-  const bool nothing_left = left.square <= settings.explained * left.freedom;
-  return (nothing_left ? std::max(gain, gone) : gain) / most;
+  return (with_it.is_explained() ? std::max(gain, gone) : gain) / most;
 }
 
 /// Probability that any candidate gains as much by chance as one direction does in a model without it. The flipped
@@ -140,15 +133,15 @@ double EffectTests::chance(const ModelFit& less, const Score& score) const {
   remaining.state.linearisation = less.state.linearisation;
   remaining.jacobian = less.jacobian;
   const Alternatives& candidates = findings_.selection.alternatives();
-  const Score all = score_of(findings_.problem(), remaining, candidates.group, 0, 0);
+  const Score all = score_of(findings_.problem(), remaining, candidates.group);
   std::vector<std::vector<Eigen::Index>> groups;
   for (const Choice& choice : candidates.choices) groups.push_back(choice.columns);
-  return chance_of(score, all, groups, findings_.options().flips, findings_.options().seed);
+  return chance_of(score, all, groups, findings_.options().seed);
 }
 
 /// Tests a piece of the best model against the model without it; the refutation is empty if it passes.
-/// @param left patterns of the best model @param proved true: cross-fitting has confirmed it
-EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const {
+/// @param with_it patterns of the best model @param confirmed true: cross-fitting has confirmed it
+EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
   EffectFinding found;
@@ -158,33 +151,31 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
   const Group group{found.name, signature(findings_.problem(), less.state, best.state, addition)};
   // Only the fitted direction: the selection among all directions and candidates is accounted for in chance().
   const Group direction{group.name, {group.columns[0]}};
-  Score score =
-      term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().flips, findings_.options().seed)
-                : score_of(findings_.problem(), less, direction, findings_.options().flips, findings_.options().seed);
-  const bool nothing_left = left.square <= settings.explained * left.freedom;
+  Score score = term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().seed)
+                          : score_of(findings_.problem(), less, direction, findings_.options().seed);
+  const bool nothing_left = with_it.is_explained();
   if (!term.maps) {
     // Flips of its own columns also flip a drift, which grows without the piece. If everything is explained with it,
     // the likelihood compares the two; not with board heights, which are not refitted without the piece.
     const double parameters = static_cast<double>(values_of(term, addition).size());
-    const bool sure =
-        nothing_left && !best.state.nuisances.boards && found.gain - parameters > settings.certain_gain * score.stays;
+    const bool sure = nothing_left && !best.state.nuisances.boards &&
+                      found.gain - parameters > settings.certain_gain * score.run_length;
     score.p_value = std::max(chance(less, score), sure ? 0.0 : score.p_value);
   }
   found.p_value = score.p_value;
-  found.explained_fraction = explained(less, left, score_of(findings_.problem(), less, group, 0, 0).gain);
-  const double conditions = run_length(findings_.problem(), less.state);
+  found.explained_fraction = explained_fraction(less, with_it, score_of(findings_.problem(), less, group).gain);
   if (!(found.gain > 0)) {
     found.refutation = "without it the data are explained as well";
-  } else if (conditions > 1 && found.gain < settings.min_bic_gain * conditions) {
-    found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", conditions);
-  } else if (!proved && !significant(score)) {
+  } else if (score.run_length > 1 && found.gain < settings.min_bic_gain * score.run_length) {
+    found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", score.run_length);
+  } else if (!confirmed && !significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (max_normalised_rms(findings_.problem(), group.columns[0]) <= 1 &&
              !(nothing_left && lack_of_fit(findings_.problem(), less) >= settings.explained)) {
     found.refutation = "what it changes is too small to matter";  // unless needed: without it the data are unexplained,
                                                                   // with it explained
   } else if (found.explained_fraction <
-             (proved ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
+             (confirmed ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
     found.refutation =
         fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.explained_fraction);
   } else if (std::isnan(found.explained_fraction) && !nothing_left) {

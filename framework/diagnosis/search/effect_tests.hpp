@@ -29,12 +29,10 @@ class EffectTests {
   bool drop_unconfirmed();
   /// Sets a finding's share of folds and improvement on held-out data, from all its names.
   void weigh(EffectFinding& finding) const;
-  /// Gain of a signature divided by that of the best generic pattern, in a model without it.
-  double explained_fraction(const ModelFit& less, const Group& group) const;
 
  private:
-  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const;
-  double explained(const ModelFit& less, const PatternScan& left, double gain) const;
+  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const;
+  double explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const;
   double chance(const ModelFit& less, const Score& score) const;
   bool gate_once();
   bool drop_unidentifiable();

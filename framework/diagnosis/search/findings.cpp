@@ -41,7 +41,7 @@ Findings::Findings(const Problem& problem, const std::vector<Term>& model,
       rivals_(selection, trials, candidates, options.seed + 2) {}
 
 std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {
-  return finder.find(selection.problem(), fit, options().flips, options().seed + 1).patterns;
+  return finder.find(fit, options().seed + 1).patterns;
 }
 
 void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {

@@ -114,13 +114,13 @@ struct Squares {
   GapComparison gaps() const { return {std::sqrt(given / count), std::sqrt(model / count)}; }
 };
 
-}  // namespace
-
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model) {
   const Problem original = make_problem(problem.design, problem.data, problem.deadline);
   const State before = given_state(original, given, first_random_sd(problem.design));
   return {gap(original, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
+
+}  // namespace
 
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
                                const std::vector<Term>& given, const State& model) {

@@ -24,7 +24,7 @@ bool smooth_field_does_more(const SelectionTask& task, const ModelFit& base, con
 }  // namespace
 
 std::optional<MapTrial> MapSearch::beside(const ModelFit& base) {
-  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.options.flips, task_.options.seed);
+  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.options.seed);
 }
 
 std::optional<MapTrial> MapSearch::alone(const SelectedModel& selected, double enough) {

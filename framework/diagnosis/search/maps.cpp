@@ -145,7 +145,7 @@ Response chosen_maps(const Problem& problem, const ModelFit& base, const Respons
       if (std::ranges::find(chosen, m) != chosen.end()) continue;
       std::vector<std::size_t> more = chosen;
       more.push_back(m);
-      const Score now = score_of(problem, base, subset(all, more).group, 0, 0);
+      const Score now = score_of(problem, base, subset(all, more).group);
       if (now.gain - price * now.dimension <= merit) continue;
       merit = now.gain - price * now.dimension;
       best = m;
@@ -174,7 +174,7 @@ State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   const std::size_t scale = first_parameter(state, term);
   fit.jacobian.erase(fit.jacobian.begin() + static_cast<std::ptrdiff_t>(scale));  // represented by the maps
   const Response answer = response_of(problem, state, term);
-  const Score now = score_of(problem, fit, answer.group, 0, 0);
+  const Score now = score_of(problem, fit, answer.group);
   const double factor = before.values.front() / before.candidate->free().front().typical;
   std::vector<EstimatedMaps::Map> maps = before.maps->maps();
   for (EstimatedMaps::Map& map : maps) {
@@ -202,8 +202,8 @@ template <class Step> ModelFit improved(ModelFit best, int most, double enough, 
 }
 
 MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& candidate, const Response& maps,
-                std::size_t flips, std::uint64_t seed) {
-  MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, flips, seed)}};
+                std::uint64_t seed) {
+  MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, seed)}};
   State state = base.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
@@ -227,7 +227,7 @@ bool maps_follow(const State& state) {
 
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed) {
+                                  std::map<std::string, std::string>& refused, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;
   for (const auto& candidate : candidates) {
@@ -236,7 +236,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
       const Response all = response(problem, base.state, *candidate, candidate->maps());
       const Response chosen = chosen_maps(problem, base, all);
       if (chosen.parameters.empty()) continue;
-      MapTrial trial = fitted(problem, base, *candidate, chosen, flips, seed);
+      MapTrial trial = fitted(problem, base, *candidate, chosen, seed);
       const std::size_t n = problem.data.size();
       if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
     } catch (const simulation::EffectError& error) {
@@ -252,10 +252,9 @@ ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& c
   return fit_with_maps(problem, with_maps_of(problem, std::move(state)));
 }
 
-Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
-                    std::uint64_t seed) {
+Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed) {
   const Response answer = response(problem, without.state, *term.candidate, parameters_of(*term.maps));
-  return score_of(problem, without, answer.group, flips, seed);
+  return score_of(problem, without, answer.group, seed);
 }
 
 State with_maps_of(const Problem& problem, State state) {

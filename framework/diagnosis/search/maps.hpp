@@ -19,17 +19,16 @@ struct MapTrial {
 };
 
 /// Best candidate with maps, fitted; nullopt if there is none or none is worth its parameters.
-/// @param refused names to skip, with reasons; failing ones are added
+/// @param refused names to skip, with reasons; failing ones are added @param seed of the sign flips
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed);
+                                  std::map<std::string, std::string>& refused, std::uint64_t seed);
 
 /// Model with an effect whose first map is estimated, regardless of BIC. @throws simulation::EffectError
 ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate);
 
-/// Score of a term's maps in a model without it.
-Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
-                    std::uint64_t seed);
+/// Score of a term's maps in a model without it. @param seed of the sign flips
+Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed);
 
 /// State with maps estimated again.
 State with_maps_of(const Problem& problem, State state);

@@ -57,7 +57,7 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   Rival rival{&candidate, std::move(in_place_of), fit.deviance - best.deviance,
               selection_.bic(fit) - selection_.bic(best)};
   rival.tied = std::min(rival.deviance, rival.bic) < settings.tie_limit ||
-               practically_equivalent(problem_, best.state, fit.state, settings.tie_limit);
+               practically_equivalent(problem_, best.state, fit.state);
   if (rival.tied) {
     const Unidentified unidentified = nonlinear_identifiability(fit, candidate);
     rival.untold = unidentified.nonlinear;

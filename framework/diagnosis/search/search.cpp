@@ -180,7 +180,7 @@ class Search {
     const Problem& problem = selection_.problem();
     const ModelFit& best = selection_.best();
     selection_.task().report_progress("looking at what is left");
-    PatternScan left = findings_.finder.find(problem, best, options().flips, options().seed + 1);
+    PatternScan left = findings_.finder.find(best, options().seed + 1);
     for (Pattern& pattern : left.patterns) {
       if (pattern.significant && pattern.largest > settings.practical_threshold[pattern.observable])
         result_.rest.push_back(std::move(pattern));
@@ -196,7 +196,7 @@ class Search {
     for (const Trial& t : findings_.trials.best(best, nullptr, settings.min_nearest_gain)) {
       const Group group{t.candidate->name(),
                         signature(problem, best.state, t.fit.state, {selection_.terms().size(), std::nullopt})};
-      const double fraction = std::min(tests_.explained_fraction(best, group), 1.0);
+      const double fraction = left.most > 0 ? std::min(score_of(problem, best, group).gain / left.most, 1.0) : 1.0;
       if (fraction > settings.min_nearest_fraction) result_.nearest.push_back({t.candidate, fraction});
     }
     std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::explained_fraction);

@@ -57,7 +57,8 @@ struct EffectFinding {
   std::string name;  ///< the effect's, or "effect.parameter" for a refinement
   double gain = 0;   ///< increase of the deviance if it is removed
   double p_value = 1;
-  double explained_fraction = 0;   ///< gain over that of the best generic pattern in its place
+  /// Gain over that of the best generic pattern that it lowers, see docs/method.md, test 5; NaN: it lowers none.
+  double explained_fraction = 0;
   std::vector<Rival> rivals;       ///< best first
   std::vector<Pattern> where;      ///< patterns of the gap without it
   std::string refutation;          ///< reason why it is not named; empty: it is

@@ -21,6 +21,12 @@ std::vector<const Candidate*> identity_of(const std::vector<Term>& terms) {
   return identity;
 }
 
+/// True if the residual remains unexplained and hardly smaller. @param before lack of fit @param now the same
+/// afterwards
+bool hardly_reduces(double before, double now) {
+  return now >= settings.explained && before - now < settings.min_excess_reduction * (before - 1);
+}
+
 }  // namespace
 
 Selection::Selection(const Problem& problem, const std::vector<Term>& model,
@@ -58,9 +64,14 @@ void Selection::update_drift_mean() {
   if (selected_.original.state.log_reflectivity.empty()) return;  // not fitted yet
   State given = selected_.original.state;
   given.random_sd.mean = mean;
-  std::vector<Column> jacobian = std::move(selected_.original.jacobian);
-  selected_.original = fit_with_maps(problem(), std::move(given));
-  selected_.original.jacobian = std::move(jacobian);
+  refit_given(std::move(given));
+}
+
+/// Refits the given model with other nuisances. Its values hardly move, so it keeps its jacobian.
+void Selection::refit_given(State start) {
+  ModelFit given = fit_with_maps(problem(), std::move(start));
+  given.jacobian = std::move(selected_.original.jacobian);
+  selected_.original = std::move(given);
 }
 
 void Selection::select(SelectedModel model) {
@@ -130,24 +141,21 @@ bool Selection::add_best() {
   std::optional<ModelFit> next = subsets_.best_set(selected_);
   const auto beaten = [&] { return !next || bic(best()) - bic(*next) < smooth_field.gain; };
   // A smooth field that lasts would look like maps, so none are tried with one.
-  if ((beaten() || (lacking && leaves_nearly_all(*next))) && !best().state.nuisances.smooth_field) {
+  const auto hardly_helps = [&] {
+    return hardly_reduces(left(), lack_of_fit(problem(), linearised(problem(), *next)));
+  };
+  if ((beaten() || (lacking && hardly_helps())) && !best().state.nuisances.smooth_field) {
     std::optional<ModelFit> maps = maps_.best(selected_);
     if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
   }
   if (!beaten()) {
-    const std::size_t before = left_out();
-    return try_accept(std::move(next->state)) || (left_out() > before && add_best());
+    const std::size_t before = untried_count();
+    return try_accept(std::move(next->state)) || (untried_count() > before && add_best());
   }
   if (!smooth_field.smooth_field) return false;
   ConditionNuisances more = best().state.nuisances;
   more.smooth_field = std::move(smooth_field.smooth_field), more.runs = std::move(smooth_field.runs);
   return allow(std::move(more));
-}
-
-/// True if an addition hardly reduces the unexplained residual.
-bool Selection::leaves_nearly_all(const ModelFit& added) const {
-  const double now = lack_of_fit(problem(), linearised(problem(), added));
-  return now >= settings.explained && left() - now < settings.min_excess_reduction * (left() - 1);
 }
 
 void Selection::add_all() {
@@ -173,9 +181,7 @@ void Selection::add_all() {
     if (!allows_more && identity_of(terms()) == having && bic(best()) > reached - settings.min_bic_gain) break;
     // A residual that additions hardly reduce has causes outside the catalogue, of which each addition would imitate a
     // part.
-    if (const double now = left();
-        !first && now >= settings.explained && before - now < settings.min_excess_reduction * (before - 1))
-      break;
+    if (!first && hardly_reduces(before, left())) break;
   }
 }
 
@@ -209,10 +215,10 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
   for (std::size_t round = 0; round < task_.options.max_effects; ++round) {
     std::optional<ModelFit> next = subsets_.best_set(selected_, least);
     if (!next) break;
-    const std::size_t before = left_out();
+    const std::size_t before = untried_count();
     if (try_accept(std::move(next->state)))
       least = 0;
-    else if (left_out() == before)
+    else if (untried_count() == before)
       break;
   }
   if (best().deviance > reached + limit) return false;  // elimination only raises it
@@ -337,10 +343,7 @@ bool Selection::allow(ConditionNuisances more) {
     State with = best().state;
     with.nuisances = std::move(more);
     refine(std::move(with));
-    ModelFit given = selected_.original_beside_best();
-    given = fit_with_maps(problem(), std::move(given.state));
-    given.jacobian = std::move(selected_.original.jacobian);
-    selected_.original = std::move(given);
+    refit_given(selected_.original_beside_best().state);
   } catch (const simulation::EffectError& error) {
     select(std::move(before));
     step.outcome = error.what();
@@ -383,7 +386,6 @@ void Selection::select_from_boards() {
 void Selection::refine(State state) {
   update_grid_bias(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));
-  without_.clear();
   selected_.best = boards_.refit(std::move(selected_.best));
 }
 

@@ -35,7 +35,6 @@ struct Step {
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;
   std::uint64_t seed = 1;
-  std::size_t flips = settings.sign_flips;
   std::function<void(const std::string& what)> progress;             ///< may be empty
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
   Deadline deadline = {};  ///< for the search; its results until then are verified
@@ -257,9 +256,9 @@ class Selection {
 
  private:
   void update_drift_mean();
+  void refit_given(State start);
   bool add_best();
   void add_all();
-  bool leaves_nearly_all(const ModelFit& added) const;
   bool reselect_without(const Candidate& one, double promised, double limit);
   void backward_eliminate();
   void refine(State state);
@@ -269,7 +268,7 @@ class Selection {
   bool update_nuisances();
   bool allow_boards(std::shared_ptr<const Boards> boards);
   bool allow(ConditionNuisances more);
-  std::size_t left_out() const { return selected_.barred.size() + task_.refused.size(); }
+  std::size_t untried_count() const { return selected_.barred.size() + task_.refused.size(); }
   double left() const { return lack_of_fit(problem(), best()); }
 
   Deadline deadline_;  ///< the problem's deadline

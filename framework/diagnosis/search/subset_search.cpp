@@ -123,7 +123,7 @@ bool SubsetSearch::promises_as_before(const SelectedModel& selected) const {
   const ModelFit& best = selected.best;
   const Alternatives all = alternatives_beside_best(selected);
   if (promised_.empty() || all.list.empty()) return false;
-  const Score score = score_of(task_.problem, best, all.group, 0, 0, following_maps(task_.problem, best.state));
+  const Score score = score_of(task_.problem, best, all.group, {}, following_maps(task_.problem, best.state));
   const auto now =
       promises_of(all, best_subsets(score.information, score.score(), all.choices, subset_options(task_, best)));
   return std::ranges::equal(now, promised_, [](const Promise& one, const Promise& before) {
@@ -145,7 +145,7 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   const Group* const group = &all.group;
   const Scanner scanner(task_.problem, from, std::span(&group, 1), following_maps(task_.problem, from.state));
   for (std::size_t round = 0; round < settings.max_subset_rounds; ++round) {
-    const Score score = scanner.scan(noise, from.dimension, 0, 0).scores[0];
+    const Score score = scanner.scan(noise, from.dimension).scores[0];
     std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
     if (promised_.empty() && first_effects) promised_ = promises_of(all, sets);
     std::erase_if(sets, [&](const Subset& set) { return set.gain < min_promise; });
@@ -205,7 +205,7 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
   const Alternatives all = alternatives_beside(task_.problem, base.state, alternatives_, others);
   const auto is_form = [&](const Alternative& a) { return !a.refines && &a.candidate->root() == &one; };
   if (std::ranges::none_of(all.list, is_form)) return {};
-  const Score score = score_of(task_.problem, base, all.group, 0, 0, following_maps(task_.problem, base.state));
+  const Score score = score_of(task_.problem, base, all.group, {}, following_maps(task_.problem, base.state));
   const SubsetOptions options = single_options(task_.problem, all);
   std::vector<Subset> forms;
   for (std::size_t c = 0; c < all.list.size(); ++c) {

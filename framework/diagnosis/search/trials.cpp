@@ -140,7 +140,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
     groups.push_back(&probes_.groups[p]);
   }
   if (groups.empty()) return {};
-  const Scan scanned = scan(problem_, base, groups, 0, 0);
+  const Scan scanned = scan(problem_, base, groups);
   std::vector<std::size_t> ranked(probes.size());
   for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
   const double price = std::log(static_cast<double>(problem_.data.size()));
@@ -258,7 +258,7 @@ std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& b
   }
   ModelFit alone = best;
   alone.jacobian.clear();
-  const Eigen::MatrixXd information = score_of(problem, alone, group, 0, 0, maps).information;
+  const Eigen::MatrixXd information = score_of(problem, alone, group, {}, maps).information;
   const auto conditions = static_cast<double>(problem.data.size());
   for (std::size_t p = 0; p < pieces.size(); ++p) {
     if (!at[p]) continue;
