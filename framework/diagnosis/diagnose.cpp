@@ -260,15 +260,14 @@ class Run {
     }
     // The given model is not refitted; only its reflectivities and standard deviations are.
     const Problem original = make_problem(problem_->design, problem_->data);
-    State as_it_was{d_->model_terms, d_->search.before.state.log_reflectivity, d_->search.before.state.random_sd};
-    if (!d_->model_terms.empty()) update_grid_bias(original, as_it_was);
-    const State before = d_->as_it_was = fit_nuisances(original, as_it_was).state;
+    const State& refitted = d_->search.before.state;
+    d_->as_it_was = fit_as_written(original, {d_->model_terms, refitted.log_reflectivity, refitted.random_sd}).state;
     const State& after = d_->search.after.state;
     const State flat = with_flat_boards(after);
     const std::array<double, observables> scatter = scatter_of(*problem_, after);
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
-      d_->gaps[o] = {gap(original, before, o),
+      d_->gaps[o] = {gap(original, d_->as_it_was, o),
                      gap(*problem_, flat, o),
                      out.before,
                      out.after,

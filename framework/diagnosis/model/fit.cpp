@@ -234,10 +234,15 @@ ModelFit fit_roughly(const Problem& problem, State start) {
   return descend(problem, std::move(start), true, {}, settings.roughly_converged);
 }
 
-ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known) {
+ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known) {
   return descend(problem, std::move(start), true, known, settings.roughly_converged);
 }
 
 ModelFit fit_nuisances(const Problem& problem, State start) { return descend(problem, std::move(start), false); }
+
+ModelFit fit_as_written(const Problem& problem, State start) {
+  if (!start.terms.empty()) update_grid_bias(problem, start);
+  return fit_nuisances(problem, std::move(start));
+}
 
 }  // namespace tofgraph::diagnosis

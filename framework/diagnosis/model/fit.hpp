@@ -35,12 +35,15 @@ ModelFit fit(const Problem& problem, State start);
 /// Like fit(), with the accuracy that a comparison of models needs.
 ModelFit fit_roughly(const Problem& problem, State start);
 
-/// Like fit_roughly(), for comparing candidates: the derivatives of all terms but the last are taken from a fit without
-/// the last. @param known jacobian() of that fit
-ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known);
+/// Like fit_roughly(), with the derivatives of the first parameters taken from another fit and not updated: all but
+/// those of an added term, or all if a term was removed. @param known these derivatives
+ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known);
 
 /// Like fit() with the effects' parameters held: fits reflectivities and variances only.
 ModelFit fit_nuisances(const Problem& problem, State start);
+
+/// A model as it is written: like fit_nuisances(), with the grid bias of its effects.
+ModelFit fit_as_written(const Problem& problem, State start);
 
 /// Replaces negative amplitudes by their opposites with an angle half a turn further, if both are equivalent.
 State with_positive_amplitudes(const Problem& problem, State state);

@@ -69,7 +69,7 @@ class Builder {
   }
 
   /// Adds refinements that a term of the state lacks. Those that fail are left out.
-  void refine(std::size_t t, std::size_t& effect) {
+  void add_refinements_of(std::size_t t, std::size_t& effect) {
     const Candidate& candidate = *state_.terms[t].candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
       if (candidate.refined(r)) continue;
@@ -276,7 +276,7 @@ Alternatives alternatives_beside(const Problem& problem, const State& state, con
   Builder builder(problem, state);
   std::size_t effect = 0;
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
-  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.refine(t, effect);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.add_refinements_of(t, effect);
   Alternatives result = builder.result();
   std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {

@@ -38,9 +38,8 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     if (options.max_effects > 0) selection.forward_select();
     Prediction prediction(held, fold);
     // The given model is not refitted, only its reflectivities are.
-    State as_it_was{model, selection.original().state.log_reflectivity, selection.original().state.random_sd};
-    if (!model.empty()) update_grid_bias(training.problem, as_it_was);
-    prediction.before(fit_nuisances(training.problem, as_it_was).state);
+    const State& given = selection.original().state;
+    prediction.before(fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state);
     result.state = selection.best().state;
     if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
     std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
@@ -274,7 +273,7 @@ bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given)
   return !agreed_and_lacking(folds, model, given).empty();
 }
 
-std::vector<State> agreed_models(const CrossFit& folds, const State& model, std::size_t given) {
+std::vector<State> models_with_agreed_effects(const CrossFit& folds, const State& model, std::size_t given) {
   if (folds.folds.size() < settings.min_agreeing_folds) return {};
   const Names lacking = agreed_and_lacking(folds, model, given);
   std::map<Names, std::vector<const FoldResult*>> sets;

@@ -45,22 +45,24 @@ void EffectTests::run() {
   do {
     findings_.result.found.clear();
     findings_.result.refinements.clear();
-    while (!gate_once()) {
+    while (drop_worst_failing()) {
     }
     findings_.selection.refit();
   } while (drop_unidentifiable());
 }
 
-/// @returns true if all passed
-bool EffectTests::gate_once() {
+/// Tests every addition and drops one that fails; all if the rest is worse than the given model.
+/// @returns true if one was dropped, so that the others must be tested again; false if all passed or none is left
+bool EffectTests::drop_worst_failing() {
   Selection& selection = findings_.selection;
   const std::vector<ModelTerm> all = selection.additions();
   if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.original())) {
-    findings_.dismiss_all("without those that were dropped it explains less than nothing");
-    return true;
+    findings_.drop_all("without those that were dropped it explains less than nothing");
+    return false;
   }
   std::vector<EffectFinding> tested;
   std::size_t worst = 0;
+  // Of those that fail any test, the one that explains the smallest fraction goes first.
   const auto rank = [](const EffectFinding& f) {
     return std::pair(f.refutation.empty(), std::isnan(f.explained_fraction) ? HUGE_VAL : f.explained_fraction);
   };
@@ -76,12 +78,12 @@ bool EffectTests::gate_once() {
     if (rank(tested.back()) < rank(tested[worst])) worst = tested.size() - 1;
   }
   if (!tested.empty() && !tested[worst].refutation.empty()) {
-    findings_.dismiss(all[worst], std::move(tested[worst]));
-    return false;
+    findings_.drop_with_reason(all[worst], std::move(tested[worst]));
+    return true;
   }
   for (std::size_t i = 0; i < all.size(); ++i)
     (all[i].refinement ? findings_.result.refinements : findings_.result.found).push_back(std::move(tested[i]));
-  return true;
+  return false;
 }
 
 /// Drops the last effect whose values are not identifiable: without it those of another effect may be. If only a
@@ -104,7 +106,7 @@ bool EffectTests::drop_unidentifiable() {
         finding.untold = Untold{best.state, term, *unidentified.nonlinear};
       if (findings_.replace_by_others(finding, unidentified)) return true;
     }
-    findings_.dismiss({term, std::nullopt}, std::move(finding));
+    findings_.drop_with_reason({term, std::nullopt}, std::move(finding));
     return true;
   }
   return false;
@@ -213,13 +215,13 @@ void EffectTests::cross_fit() {
 bool EffectTests::follow_folds() {
   Selection& selection = findings_.selection;
   const std::size_t given = findings_.model().size();
-  for (State& state : agreed_models(findings_.result.cross_fit, selection.best().state, given)) {
+  for (State& state : models_with_agreed_effects(findings_.result.cross_fit, selection.best().state, given)) {
     std::vector<std::string> names;
     for (std::size_t t = given; t < state.terms.size(); ++t) names.push_back(state.terms[t].candidate->name());
     state.log_reflectivity = selection.best().state.log_reflectivity;
     double bic_fall = NAN;
     try {
-      ModelFit there = selection.refitted(state);
+      ModelFit there = selection.fit_at_every_pixel(state);
       bic_fall = selection.bic(selection.best()) - selection.bic(there);
       state = std::move(there.state);
     } catch (const simulation::EffectError&) {  // fails on all data
@@ -248,8 +250,8 @@ bool EffectTests::is_confirmed(const ModelTerm& addition) const {
 }
 
 /// True if held-out data confirm all effects found, by their present names.
-bool EffectTests::all_confirmed() {
-  const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding& finding) {
+bool EffectTests::all_confirmed() const {
+  const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding finding) {
     weigh(finding);
     return held_out_failure(finding).empty();
   });

@@ -22,7 +22,8 @@ class EffectTests {
   /// selection in a fold does not depend on the tested effects, so folds are never searched twice. All folds are
   /// searched if they agree on an effect that the model lacks, see follow_folds().
   void cross_fit();
-  /// Fits a model on which most folds agree to all data. @returns true if it is better and was accepted
+  /// Fits to all data the sets of folds that contain an effect which most folds chose and the model lacks, until one is
+  /// better. @returns true if one was accepted
   bool follow_folds();
   /// Drops effects that held-out data do not confirm, each alone; those that pass alone must also pass together, in the
   /// folds that chose nothing else if these are the majority. @returns true if an effect was dropped
@@ -34,10 +35,10 @@ class EffectTests {
   EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const;
   double explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const;
   double chance(const ModelFit& less, const Score& score) const;
-  bool gate_once();
+  bool drop_worst_failing();
   bool drop_unidentifiable();
   bool is_confirmed(const ModelTerm& addition) const;
-  bool all_confirmed();
+  bool all_confirmed() const;
   std::string why_not_together() const;
 
   Findings& findings_;

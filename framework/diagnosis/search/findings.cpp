@@ -44,7 +44,7 @@ std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {
   return finder.find(fit, options().seed + 1).patterns;
 }
 
-void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {
+void Findings::drop_with_reason(const ModelTerm& addition, EffectFinding finding) {
   selection.task().report_progress(fmt::format("dropping {}", finding.name));
   compared_ = false;
   selection.drop(addition);
@@ -52,12 +52,12 @@ void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {
   result.dropped.push_back(std::move(finding));
 }
 
-void Findings::dismiss_all(const std::string& why) {
+void Findings::drop_all(const std::string& why) {
   for (std::vector<ModelTerm> left = selection.additions(); !left.empty(); left = selection.additions()) {
     const Term& term = selection.terms()[left.back().term];
     EffectFinding finding{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
     note({"questioned", {finding.name}, {}, why});
-    dismiss(left.back(), std::move(finding));
+    drop_with_reason(left.back(), std::move(finding));
   }
 }
 
@@ -67,7 +67,7 @@ bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& te
     EffectFinding& finding = result.found[f];
     finding.refutation = test(finding);
     if (finding.refutation.empty()) continue;
-    dismiss({model().size() + f, std::nullopt}, std::move(finding));
+    drop_with_reason({model().size() + f, std::nullopt}, std::move(finding));
     result.found.erase(result.found.begin() + static_cast<std::ptrdiff_t>(f));
     changed = true;
   }

@@ -63,10 +63,10 @@ class Findings {
 
   /// Significant patterns of the gap that a model leaves.
   std::vector<Pattern> patterns_of(const ModelFit& fit) const;
-  /// Removes an addition from the model. The last reason counts.
-  void dismiss(const ModelTerm& addition, EffectFinding finding);
+  /// Removes an addition from the model. Replaces an earlier reason for the same effect.
+  void drop_with_reason(const ModelTerm& addition, EffectFinding finding);
   /// Removes all additions from the model.
-  void dismiss_all(const std::string& why);
+  void drop_all(const std::string& why);
   /// Drops the effects that a test refutes. @returns true if an effect was dropped
   bool drop_refuted(const std::function<std::string(EffectFinding&)>& test);
   /// Replaces an effect with an unidentifiable nonlinear parameter by others, if these explain as much.

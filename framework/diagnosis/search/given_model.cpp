@@ -23,19 +23,6 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// The given model with its parameters held; reflectivities and variances are fitted.
-State given_state(const Problem& problem, const std::vector<Term>& given, const RandomEffectSd& start) {
-  State state{given, first_log_reflectivity(problem), start};
-  if (!given.empty()) update_grid_bias(problem, state);
-  return fit_nuisances(problem, state).state;
-}
-
-RandomEffectSd first_random_sd(const Design& design) {
-  RandomEffectSd random_sd;
-  if (!design.tells_offset()) random_sd.offset = 0;
-  return random_sd;
-}
-
 /// Names of the effects that a model has in addition to the given ones, sorted.
 std::vector<std::string> added_names(const State& model, std::size_t given) {
   std::vector<std::string> names;
@@ -86,7 +73,9 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
   const FoldProblem training(problem.design, problem.data, left, problem.deadline);
   const FoldProblem held(problem.design, problem.data, fold.held, training);
   Prediction prediction(held, fold);
-  prediction.before(given_state(training.problem, given, first_random_sd(problem.design)));
+  State as_given = first_state(training.problem, given);
+  as_given.random_sd = first_state(problem, given).random_sd;  // with a camera offset if any condition shows it
+  prediction.before(fit_as_written(training.problem, std::move(as_given)).state);
   State start = start_on(training.problem, problem, model);
   start.nuisances = condition_nuisances_of(model.nuisances, left, training.data);
   update_grid_bias(training.problem, start);
@@ -116,7 +105,7 @@ struct Squares {
 
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model) {
   const Problem original = make_problem(problem.design, problem.data, problem.deadline);
-  const State before = given_state(original, given, first_random_sd(problem.design));
+  const State before = fit_as_written(original, first_state(original, given)).state;
   return {gap(original, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
 

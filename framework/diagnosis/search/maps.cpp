@@ -207,9 +207,9 @@ MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& c
   State state = base.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
-  result.trial.fit = fit_last(problem, std::move(state), base.jacobian);
+  result.trial.fit = fit_reusing(problem, std::move(state), base.jacobian);
   result.trial.fit = improved(std::move(result.trial.fit), settings.map_trial_rounds, 0, [&](const State& now) {
-    return fit_last(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
+    return fit_reusing(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
   });
   result.left = lack_of_fit(problem, linearised(problem, result.trial.fit));
   return result;

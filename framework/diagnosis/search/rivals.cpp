@@ -49,7 +49,7 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   const double behind = fit.deviance - best.deviance;
   if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
     try {
-      fit = selection_.refitted(fit.state);
+      fit = selection_.fit_at_every_pixel(fit.state);
       fit.state.linearisation = less.state.linearisation;  // equal in all models compared
     } catch (const simulation::EffectError&) {             // undefined in some pixel: the coarse fit is kept
     }

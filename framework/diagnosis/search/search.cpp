@@ -139,13 +139,13 @@ class Search {
 
   void drop_least(const std::string& why) {
     result_.not_better = why;
-    if (result_.found.empty()) return findings_.dismiss_all(why);
+    if (result_.found.empty()) return findings_.drop_all(why);
     const auto least = std::ranges::min_element(result_.found, {}, &EffectFinding::gain);
     const auto f = static_cast<std::size_t>(least - result_.found.begin());
     EffectFinding finding = std::move(*least);
     result_.found.erase(least);
     finding.refutation = why;
-    findings_.dismiss({findings_.model().size() + f, std::nullopt}, std::move(finding));
+    findings_.drop_with_reason({findings_.model().size() + f, std::nullopt}, std::move(finding));
     result_.refinements.clear();
   }
 

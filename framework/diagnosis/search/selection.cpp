@@ -82,8 +82,7 @@ void Selection::select(SelectedModel model) {
 void Selection::return_to_given() {
   State given = best().state;
   given.terms = task_.model;
-  if (!task_.model.empty()) update_grid_bias(problem(), given);
-  ModelFit fit = fit_nuisances(problem(), std::move(given));
+  ModelFit fit = fit_as_written(problem(), std::move(given));
   const auto rows = expected(problem(), fit.state);
   const std::vector<Column> columns = jacobian(problem(), fit.state, rows);
   const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
@@ -102,7 +101,7 @@ void Selection::refit() {
   accept(fit_with_maps(problem(), with_means_in_constant(problem(), positive)));
 }
 
-ModelFit Selection::refitted(State state) const {
+ModelFit Selection::fit_at_every_pixel(State state) const {
   state.nuisances = best().state.nuisances;
   update_grid_bias(problem(), state, true);
   return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)));
@@ -163,7 +162,7 @@ void Selection::add_all() {
   for (std::size_t round = 0; round < (best().state.nuisances.smooth_field ? 2 : 2 * task_.options.max_effects);
        ++round) {
     const bool first = task_.added(best()) == 0;
-    const double before = left(), reached = bic(best());
+    const double before = left(), bic_before = bic(best());
     const auto having = identity_of(terms());
     const ConditionNuisances before_nuisances = best().state.nuisances;
     if (!add_best()) break;
@@ -178,7 +177,7 @@ void Selection::add_all() {
     // The addition was eliminated again, because maps replaced it: this would repeat forever.
     const bool allows_more = best().state.nuisances.smooth_field != before_nuisances.smooth_field ||
                              !best().state.nuisances.boards != !before_nuisances.boards;
-    if (!allows_more && identity_of(terms()) == having && bic(best()) > reached - settings.min_bic_gain) break;
+    if (!allows_more && identity_of(terms()) == having && bic(best()) > bic_before - settings.min_bic_gain) break;
     // A residual that additions hardly reduce has causes outside the catalogue, of which each addition would imitate a
     // part.
     if (!first && hardly_reduces(before, left())) break;
@@ -196,21 +195,21 @@ std::vector<ModelTerm> Selection::additions() const {
   return all;
 }
 
-const ModelFit& Selection::without(const ModelTerm& piece) {
-  const auto known = std::ranges::find(without_, piece, &std::pair<ModelTerm, ModelFit>::first);
+const ModelFit& Selection::without(const ModelTerm& addition) {
+  const auto known = std::ranges::find(without_, addition, &std::pair<ModelTerm, ModelFit>::first);
   if (known != without_.end()) return known->second;
-  return without_.emplace_back(piece, diagnosis::without(problem(), best(), piece)).second;
+  return without_.emplace_back(addition, diagnosis::without(problem(), best(), addition)).second;
 }
 
-void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
+void Selection::drop(const ModelTerm& addition) { fit_and_accept(without(addition).state); }
 
 /// Removes an effect and adds sets of effects. @param promised fraction of its gain that the first set must predict
 /// @param limit largest rise of BIC @returns true if BIC rises by less
 bool Selection::reselect_without(const Candidate& one, double promised, double limit) {
-  const double reached = bic(best()), deviance = best().deviance;
+  const double bic_before = bic(best()), deviance = best().deviance;
   State state = best().state;
   std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
-  refine(std::move(state));
+  fit_and_accept(std::move(state));
   double least = promised * (best().deviance - deviance);
   for (std::size_t round = 0; round < task_.options.max_effects; ++round) {
     std::optional<ModelFit> next = subsets_.best_set(selected_, least);
@@ -221,9 +220,9 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
     else if (untried_count() == before)
       break;
   }
-  if (best().deviance > reached + limit) return false;  // elimination only raises it
+  if (best().deviance > bic_before + limit) return false;  // elimination only raises it
   backward_eliminate();
-  return bic(best()) < reached + limit;
+  return bic(best()) < bic_before + limit;
 }
 
 bool Selection::exchange(const Candidate& one) {
@@ -250,16 +249,16 @@ void Selection::backward_eliminate() {
     const std::vector<ModelTerm> all = additions();
     const std::vector<double> rises = min_deviance_rises(problem(), best(), all);
     for (std::size_t p = 0; p < all.size(); ++p) {
-      const ModelTerm& piece = all[p];
-      const auto parameters = static_cast<double>(values_of(terms()[piece.term], piece).size());
+      const ModelTerm& addition = all[p];
+      const auto parameters = static_cast<double>(values_of(terms()[addition.term], addition).size());
       if (rises[p] > settings.clearly_worth *
                          (settings.min_bic_gain + parameters * std::log(static_cast<double>(problem().data.size()))))
         continue;
-      const ModelFit& less = without(piece);
+      const ModelFit& less = without(addition);
       if (!(bic(less) < bic(least != nullptr ? *least : best()) + (least != nullptr ? 0 : settings.min_bic_gain)))
         continue;
       least = &less;
-      name = name_of(terms()[piece.term], piece);
+      name = name_of(terms()[addition.term], addition);
     }
     if (least == nullptr) return;
     task_.note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best())}}, "not worth its parameters"});
@@ -277,11 +276,11 @@ void Selection::select_from_maps() {
       bic(selected_.original) - bic(alone->trial.fit) < settings.map_start_share * gained)
     return;
   SelectedModel before = selected_;
-  const double reached = bic(best());
+  const double bic_before = bic(best());
   if (!try_accept(std::move(alone->trial.fit.state))) return;
   add_all();
   // With other boards models cannot be compared.
-  if (bic(best()) > reached ||
+  if (bic(best()) > bic_before ||
       (best().state.nuisances.boards == nullptr) != (before.best.state.nuisances.boards == nullptr))
     select(std::move(before));
 }
@@ -342,7 +341,7 @@ bool Selection::allow(ConditionNuisances more) {
   try {
     State with = best().state;
     with.nuisances = std::move(more);
-    refine(std::move(with));
+    fit_and_accept(std::move(with));
     refit_given(selected_.original_beside_best().state);
   } catch (const simulation::EffectError& error) {
     select(std::move(before));
@@ -383,7 +382,7 @@ void Selection::select_from_boards() {
 }
 
 /// Refits with the grid bias of the state and updated maps. @throws simulation::EffectError
-void Selection::refine(State state) {
+void Selection::fit_and_accept(State state) {
   update_grid_bias(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));
   selected_.best = boards_.refit(std::move(selected_.best));
@@ -392,7 +391,7 @@ void Selection::refine(State state) {
 bool Selection::try_accept(State state) {
   SelectedModel before = selected_;
   try {
-    refine(std::move(state));
+    fit_and_accept(std::move(state));
     return true;
   } catch (const simulation::EffectError& error) {
     select(std::move(before));
@@ -400,7 +399,7 @@ bool Selection::try_accept(State state) {
     const auto failing = std::ranges::find(task_.candidates, error.effect, [](const auto& one) { return one->name(); });
     if (failing == task_.candidates.end() || is_in(best().state, **failing)) return false;
     std::vector<const Candidate*>& barred = selected_.barred;
-    if (!(*failing)->maps().empty())
+    if (!(*failing)->maps().empty())  // MapSearch knows only refused effects, so it stays out even after an undo
       task_.refused.emplace(error.effect, error.what());
     else if (std::ranges::find(barred, failing->get()) == barred.end())
       barred.push_back(failing->get());

@@ -23,7 +23,9 @@ namespace tofgraph::diagnosis {
 // ---- Steps of a search, which show why an effect was accepted or rejected ----
 
 struct Step {
-  /// ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, followed, proved
+  /// ranked: predicted gain of an effect alone; fitted, fitted again: a set; maps; taken out: by backward elimination;
+  /// allowed: nuisances; questioned: tests on all data; valued: identifiability failed; exchanged: replaced by others;
+  /// followed: model of a fold; proved: tests on held-out data
   std::string what;
   std::vector<std::string> effects;                     ///< effects concerned, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: unknown
@@ -45,10 +47,13 @@ struct SearchOptions {
   Deadline comparison = {};    ///< for the comparison of the written model with rivals
 };
 
-/// Model that a selection has reached. Assigning a copy undoes a step.
+/// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log, refused effects and
+/// BoardFlatnessSearch::accept_unsure().
 struct SelectedModel {
-  ModelFit original, best;               ///< given model, and the model with additions
-  std::vector<const Candidate*> barred;  ///< roots that are not tried: replaced by others, or failed
+  ModelFit original, best;  ///< given model, and the model with additions
+  /// Roots not tried while this model is selected: replaced by others, or failed. SelectionTask::refused is never
+  /// undone.
+  std::vector<const Candidate*> barred;
   /// Best model, with its effects as fitted while the drift had a mean, if that has just been removed: it replaced a
   /// constant, and in the fit without either, other effects may be distorted to compensate.
   std::optional<ModelFit> about_drift_mean = {};
@@ -221,11 +226,11 @@ class Selection {
   /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
   /// @returns true if there are such others
   bool exchange(const Candidate& one);
-  /// Refits the best model with the grid bias of every pixel.
+  /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
   /// @throws simulation::EffectError
-  ModelFit refitted(State state) const;
+  ModelFit fit_at_every_pixel(State state) const;
   /// Fits a model and accepts it as the best one. If an effect fails, nothing changes, and a new effect that failed is
   /// not tried again. @returns true if it was accepted
   bool try_accept(State state);
@@ -261,7 +266,7 @@ class Selection {
   void add_all();
   bool reselect_without(const Candidate& one, double promised, double limit);
   void backward_eliminate();
-  void refine(State state);
+  void fit_and_accept(State state);
   void select_from_boards();
   void select_from_maps();
   void replace_maps();

@@ -120,7 +120,7 @@ Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& scor
     // The last start is used if the others are outside the effect's domain or end in a poor minimum.
     if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
     try {
-      ModelFit next = fit_last(problem_, all[s], base.jacobian);
+      ModelFit next = fit_reusing(problem_, all[s], base.jacobian);
       if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
@@ -187,7 +187,7 @@ ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& 
   const auto at = columns.begin() + static_cast<std::ptrdiff_t>(first);
   columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
   update_reflectivity_jacobian(problem, state);
-  ModelFit less = fit_last(problem, std::move(state), columns);
+  ModelFit less = fit_reusing(problem, std::move(state), columns);
   if (has_maps(less.state)) less = fit_with_maps(problem, less.state);  // maps take over what they can
   less.jacobian = std::move(columns);
   return less;

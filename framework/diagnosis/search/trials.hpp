@@ -61,7 +61,7 @@ class Trials {
   Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates)
       : problem_(problem), candidates_(candidates) {}
 
-  /// Probes the candidates again.
+  /// Probes the candidates; to be called first.
   /// @param state to which the changes are made @param refused candidates that are not tried, with reasons
   void prepare(const State& state, const std::map<std::string, std::string>& refused) {
     probes_ = probes_of(problem_, state, candidates_);
