@@ -106,7 +106,7 @@ Result select(const Problem& problem, const hidden::Effects& effects,
   }
   const std::optional<std::vector<Term>> truth = terms_of(effects, candidates);
   if (!truth) return result;
-  State state = selection.original().state;
+  State state = selection.refitted_given().state;
   state.random_sd = selection.best().state.random_sd;
   state.terms = *truth;
   const ModelFit fit = selection.fit_at_every_pixel(state);

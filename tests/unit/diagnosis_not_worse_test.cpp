@@ -132,7 +132,7 @@ TEST_F(FoldAgreement, AllFoldsAreSearchedWhereTheFirstAgreeOnMore) {
   Findings findings(make_problem(*design, data), given, candidates, options, {});
   Selection& selection = findings.selection;
   selection.begin();
-  selection.linearise();
+  selection.linearise_candidates();
   findings.trials.prepare(selection.best().state, {});
   State wrong = selection.best().state;
   const auto exponent = std::ranges::find(warm_up.refinements(), "exponent", &Refinement::name);

@@ -30,12 +30,12 @@ Eigen::VectorXd by_superpixel(const Eigen::VectorXd& rows, Eigen::Index superpix
   return rows.reshaped(superpixels, rows.size() / superpixels).rowwise().sum();
 }
 
-/// Products of held columns and columns that represent one per superpixel, in D^-1: held x columns.
-Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& held, const Eigen::MatrixXd& columns, Eigen::Index n) {
-  Eigen::MatrixXd cross(held.cols(), columns.cols() * n);
-  for (Eigen::Index h = 0; h < held.cols(); ++h) {
+/// Products of projected columns and columns that represent one per superpixel, in D^-1: projected x columns.
+Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& projected, const Eigen::MatrixXd& columns, Eigen::Index n) {
+  Eigen::MatrixXd cross(projected.cols(), columns.cols() * n);
+  for (Eigen::Index h = 0; h < projected.cols(); ++h) {
     for (Eigen::Index c = 0; c < columns.cols(); ++c)
-      cross.row(h).segment(c * n, n) = by_superpixel(held.col(h).cwiseProduct(columns.col(c)), n).transpose();
+      cross.row(h).segment(c * n, n) = by_superpixel(projected.col(h).cwiseProduct(columns.col(c)), n).transpose();
   }
   return cross;
 }
@@ -95,44 +95,44 @@ std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t 
   return parts;
 }
 
-Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
-                     std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
-                     std::size_t condition) {
+ConditionGram products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
+                          std::span<const Column> own, std::span<const Column> maps,
+                          std::span<const Group* const> groups, std::size_t condition) {
   const std::size_t count = problem.design.superpixels();
-  const Eigen::MatrixXd held =
+  const Eigen::MatrixXd projected =
       maps.empty() ? weighted_columns(problem, state, rows, own, condition)
                    : weighted_columns(problem, state, rows, with_spread(own, maps, condition, count), condition);
-  Products products{square_of(held), {}, {}};
+  ConditionGram products{square_of(projected), {}, {}};
   const SmoothField* smooth_field = state.nuisances.smooth_field.get();
   const auto superpixels = static_cast<Eigen::Index>(count);
   for (const Group* group : groups) {
     Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
-    Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
+    Eigen::MatrixXd there = projected.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
     const bool smooth = smooth_field != nullptr && group->first_row == distance;
     // For columns by superpixel the whole inverse is applied to the others, so that these stay diagonal.
     if (smooth) smooth_field->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
     if (!group->by_superpixel) {
       products.cross.emplace_back(there.transpose() * columns);
-      products.tried.push_back({false, square_of(columns), {}, {}});
+      products.candidates.push_back({false, square_of(columns), {}, {}});
       continue;
     }
     products.cross.push_back(spread_cross(there, columns, superpixels));
-    CandidateGram& tried =
-        products.tried.emplace_back(CandidateGram{true, {}, spread_diagonals(columns, superpixels), {}});
-    tried.taken.resize(0, columns.cols() * superpixels);
+    CandidateGram& candidate =
+        products.candidates.emplace_back(CandidateGram{true, {}, spread_diagonals(columns, superpixels), {}});
+    candidate.taken.resize(0, columns.cols() * superpixels);
     if (!smooth) continue;
-    tried.taken = smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
-                  spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
+    candidate.taken = smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
+                      spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
   }
   return products;
 }
 
-ConditionGram condition_gram_of(const Products& products, std::span<const SharedColumn> parts,
+ConditionGram condition_gram_of(const ConditionGram& products, std::span<const SharedColumn> parts,
                                 const RandomEffectSd& random_sd) {
-  const Eigen::Index count = products.held.cols() - gram_tail;
+  const Eigen::Index count = products.projected.cols() - gram_tail;
   double log_determinant = 0;
-  const RandomMatrix downdate = downdate_factor(products.held.block<random_directions, random_directions>(count, count),
-                                                random_sd, log_determinant);
+  const RandomMatrix downdate = downdate_factor(
+      products.projected.block<random_directions, random_directions>(count, count), random_sd, log_determinant);
   std::vector<Eigen::Index> kept;
   Eigen::VectorXd factor(static_cast<Eigen::Index>(parts.size() + 1));
   for (const SharedColumn& part : parts) {
@@ -140,24 +140,24 @@ ConditionGram condition_gram_of(const Products& products, std::span<const Shared
     kept.push_back(part.column);
   }
   factor(static_cast<Eigen::Index>(kept.size())) = 1;
-  kept.push_back(products.held.cols() - 1);
-  const Eigen::MatrixXd taken = downdate * products.held.middleRows(count, random_directions);
+  kept.push_back(products.projected.cols() - 1);
+  const Eigen::MatrixXd taken = downdate * products.projected.middleRows(count, random_directions);
   ConditionGram share;
-  const Eigen::MatrixXd marginal = products.held - taken.transpose() * taken;
-  share.held = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
-  for (std::size_t g = 0; g < products.tried.size(); ++g) {
+  const Eigen::MatrixXd marginal = products.projected - taken.transpose() * taken;
+  share.projected = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
+  for (std::size_t g = 0; g < products.candidates.size(); ++g) {
     const Eigen::MatrixXd& cross = products.cross[g];
     const Eigen::MatrixXd there = downdate * cross.middleRows(count, random_directions);
     share.cross.push_back(factor.asDiagonal() * Eigen::MatrixXd(cross - taken.transpose() * there)(kept, Eigen::all));
-    CandidateGram tried = products.tried[g];
-    if (!tried.by_superpixel) {
-      tried.whole.noalias() -= there.transpose() * there;
+    CandidateGram candidate = products.candidates[g];
+    if (!candidate.by_superpixel) {
+      candidate.whole.noalias() -= there.transpose() * there;
     } else {
-      Eigen::MatrixXd all(there.rows() + tried.taken.rows(), there.cols());
-      all << there, tried.taken;
-      tried.taken = std::move(all);
+      Eigen::MatrixXd all(there.rows() + candidate.taken.rows(), there.cols());
+      all << there, candidate.taken;
+      candidate.taken = std::move(all);
     }
-    share.tried.push_back(std::move(tried));
+    share.candidates.push_back(std::move(candidate));
   }
   return share;
 }

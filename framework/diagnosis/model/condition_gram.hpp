@@ -29,29 +29,22 @@ struct CandidateGram {
   void add_to(Eigen::MatrixXd& sum) const;
 };
 
-/// Products of a condition's columns in D^-1, independent of the variances between conditions. `held`: the effect
-/// columns and the tail.
-struct Products {
-  Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
-  std::vector<CandidateGram> tried;    ///< one per group, including what a smooth field projects out
+/// Gram matrix of a condition for candidate columns.
+struct ConditionGram {
+  Eigen::MatrixXd projected;              ///< projected x projected
+  std::vector<Eigen::MatrixXd> cross;     ///< one per group: projected x columns
+  std::vector<CandidateGram> candidates;  ///< one per group, including what a smooth field projects out
 };
 
+/// Gram matrix in D^-1, independent of the variances between conditions; projected: the effect columns and the tail.
 /// @param rows expectation of the model @param own effect columns of all conditions
 /// @param maps columns of maps, each standing for one effect column per superpixel
-Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
-                     std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
-                     std::size_t condition);
+ConditionGram products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
+                          std::span<const Column> own, std::span<const Column> maps,
+                          std::span<const Group* const> groups, std::size_t condition);
 
-/// Gram matrix of a condition for candidate columns, in C^-1. `held`: the columns of the unknowns, then the
-/// residual.
-struct ConditionGram {
-  Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
-  std::vector<CandidateGram> tried;    ///< one per group
-};
-
-ConditionGram condition_gram_of(const Products& products, std::span<const SharedColumn> parts,
+/// Gram matrix in C^-1; projected: the columns of the unknowns, then the residual. @param products the same in D^-1
+ConditionGram condition_gram_of(const ConditionGram& products, std::span<const SharedColumn> parts,
                                 const RandomEffectSd& random_sd);
 
 }  // namespace tofgraph::diagnosis

@@ -3,7 +3,7 @@
 /// @file Fits the effects of a model to the observations, with the targets' reflectivities and the variances.
 #pragma once
 
-#include "diagnosis/model/linearisation.hpp"
+#include "diagnosis/model/problem.hpp"
 
 #include <limits>
 
@@ -17,7 +17,7 @@ struct ModelFit {
   /// Covariance of all free parameters in the order of the terms, in typical values, followed by reflectivities and
   /// shared unknowns. Taken at the iterate before the last.
   Eigen::MatrixXd covariance;
-  std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see linearised()
+  std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see with_jacobian()
 
   /// Bayesian information criterion, with the prior of refinements: normal about off, with one typical value as
   /// standard deviation, as for refinements that a term does not have (see intervals()). A refinement far beyond its
@@ -26,7 +26,7 @@ struct ModelFit {
 };
 
 /// The fit, with the jacobian at its state.
-ModelFit linearised(const Problem& problem, ModelFit fit);
+ModelFit with_jacobian(const Problem& problem, ModelFit fit);
 
 /// Minimises the deviance over all free parameters. @throws simulation::EffectError
 /// @throws std::invalid_argument for too few conditions

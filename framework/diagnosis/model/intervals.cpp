@@ -44,7 +44,7 @@ std::vector<Unseen> unseen_refinements(const Problem& problem, const State& stat
       const auto add = [&](const std::vector<double>& values) {
         State open = state;
         open.terms[t] = refined(open.terms[t], r, values);
-        one.columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+        one.columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->first_parameter_of(r)));
       };
       add(one.off);
       if (quarter != one.off) add(quarter);
@@ -69,7 +69,7 @@ void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, do
   Term& term = open.terms[unseen.term];
   if (term.maps) return;  // only scale times map is determined
   term = refined(std::move(term), unseen.refinement, unseen.off);
-  const std::size_t place = term.candidate->place(unseen.refinement);
+  const std::size_t place = term.candidate->first_parameter_of(unseen.refinement);
   const ModelFit more = fit_roughly(problem, std::move(open));
   const Term& there = more.state.terms[unseen.term];
   for (std::size_t k = 0; k < fit.state.terms[unseen.term].values.size(); ++k) {

@@ -152,15 +152,16 @@ bool practically_equivalent(const Problem& problem, const State& one, const Stat
   return square < settings.tie_limit && max_normalised_rms(problem, change) < 1;
 }
 
-std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const ModelTerm& piece) {
+std::vector<Column> signature(const Problem& problem, const State& without, const State& with,
+                              const TermOrRefinement& addition) {
   State state = without;
-  const Term& term = with.terms[piece.term];
-  const std::span<const double> values = values_of(term, piece);
+  const Term& term = with.terms[addition.term];
+  const std::span<const double> values = values_of(term, addition);
   std::size_t at = state.terms.size(), first = 0;
-  if (piece.refinement) {
-    at = piece.term;
-    state.terms[at] = refined(state.terms[at], *piece.refinement, values);
-    first = state.terms[at].candidate->place(*piece.refinement);
+  if (addition.refinement) {
+    at = addition.term;
+    state.terms[at] = refined(state.terms[at], *addition.refinement, values);
+    first = state.terms[at].candidate->first_parameter_of(*addition.refinement);
   } else {
     state.terms.push_back(term);
   }
@@ -173,8 +174,7 @@ std::vector<Column> signature(const Problem& problem, const State& without, cons
 
 std::vector<double> influence(const Problem& problem, const State& state, std::size_t term) {
   ModelFit without;
-  without.state = state;
-  without.state.terms.erase(without.state.terms.begin() + static_cast<std::ptrdiff_t>(term));
+  without.state = removed(state, {term, {}});
   const auto rows = expected(problem, without.state);
   without.jacobian = jacobian(problem, without.state, rows);
   const Group change{state.terms[term].candidate->name(), {difference(expected(problem, state), rows)}};

@@ -14,11 +14,11 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double rounding = 1e-13;      ///< of a sum of products
-constexpr double held_already = 1e-10;  ///< least fraction of a column's information beyond the unknowns
+constexpr double rounding = 1e-13;           ///< of a sum of products
+constexpr double projected_already = 1e-10;  ///< least fraction of a column's information beyond the unknowns
 
-/// Projection on the held unknowns, which is subtracted from everything else.
-struct Held {
+/// Projection on the unknowns, which is subtracted from everything else.
+struct Projection {
   Eigen::LDLT<Eigen::MatrixXd> factors;
   std::vector<std::vector<SharedColumn>> parts;  ///< one per condition
   Eigen::VectorXd fitted;                        ///< estimates of the unknowns from the residual
@@ -26,32 +26,33 @@ struct Held {
   double square = 0;                             ///< remaining chi-square of the residual
 };
 
-Held hold(const std::vector<ConditionGram>& shares, const Problem& problem, std::size_t own,
-          const RandomEffectSd& random_sd) {
+Projection projection_of(const std::vector<ConditionGram>& shares, const Problem& problem, std::size_t own,
+                         const RandomEffectSd& random_sd) {
   const Unknowns unknowns = problem.unknowns(own);
   Eigen::MatrixXd sum = unknowns.prior(random_sd).asDiagonal();
   Eigen::VectorXd score = Eigen::VectorXd::Zero(unknowns.count());
-  Held held;
+  Projection projection;
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    const std::vector<SharedColumn>& parts = held.parts.emplace_back(shared_columns_of(problem, i, unknowns.effects));
-    const Eigen::MatrixXd& block = shares[i].held;
+    const std::vector<SharedColumn>& parts =
+        projection.parts.emplace_back(shared_columns_of(problem, i, unknowns.effects));
+    const Eigen::MatrixXd& block = shares[i].projected;
     const Eigen::Index residual = block.cols() - 1;
-    held.square += block(residual, residual);
+    projection.square += block(residual, residual);
     for (Eigen::Index a = 0; a < residual; ++a) {
       const Eigen::Index to = parts[static_cast<std::size_t>(a)].unknown;
       score(to) += block(a, residual);
       for (Eigen::Index b = 0; b < residual; ++b) sum(to, parts[static_cast<std::size_t>(b)].unknown) += block(a, b);
     }
   }
-  held.factors.compute(sum);
-  held.fitted = unknowns.count() > 0 ? Eigen::VectorXd(held.factors.solve(score)) : Eigen::VectorXd(0);
-  held.square -= held.fitted.dot(score);
+  projection.factors.compute(sum);
+  projection.fitted = unknowns.count() > 0 ? Eigen::VectorXd(projection.factors.solve(score)) : Eigen::VectorXd(0);
+  projection.square -= projection.fitted.dot(score);
   const auto shared = static_cast<Eigen::Index>(unknowns.sd.size());
-  held.pulled = unknowns.prior(random_sd).tail(shared).cwiseProduct(held.fitted.tail(shared));
-  return held;
+  projection.pulled = unknowns.prior(random_sd).tail(shared).cwiseProduct(projection.fitted.tail(shared));
+  return projection;
 }
 
-/// Scores of a group's columns, held unknowns projected out: one row per condition, and one per shared random unknown,
+/// Scores of a group's columns, unknowns projected out: one row per condition, and one per shared random unknown,
 /// whose sign is as random as that of a condition.
 struct Projected {
   Eigen::MatrixXd scores;       ///< (conditions and shared unknowns) x columns
@@ -66,39 +67,40 @@ std::vector<Eigen::Index> units_of(const Problem& problem, const State& state) {
   return units;
 }
 
-Projected project(const std::vector<ConditionGram>& shares, const Held& held, std::size_t group) {
-  const Eigen::Index columns = shares.front().tried[group].columns(), unknowns = held.fitted.size();
+Projected project(const std::vector<ConditionGram>& shares, const Projection& projection, std::size_t group) {
+  const Eigen::Index columns = shares.front().candidates[group].columns(), unknowns = projection.fitted.size();
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
   Projected result;
   result.information = Eigen::MatrixXd::Zero(columns, columns);
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    shares[i].tried[group].add_to(result.information);
-    for (std::size_t a = 0; a < held.parts[i].size(); ++a)
-      cross.row(held.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
+    shares[i].candidates[group].add_to(result.information);
+    for (std::size_t a = 0; a < projection.parts[i].size(); ++a)
+      cross.row(projection.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
   }
-  const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
+  const Eigen::MatrixXd taken =
+      unknowns > 0 ? Eigen::MatrixXd(projection.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
   const Eigen::VectorXd before = result.information.diagonal();
   result.information -= cross.transpose() * taken;
-  const Eigen::Index shared = held.pulled.size();
+  const Eigen::Index shared = projection.pulled.size();
   result.scores.resize(static_cast<Eigen::Index>(shares.size()) + shared, columns);
-  result.scores.bottomRows(shared) = held.pulled.asDiagonal() * taken.bottomRows(shared);
+  result.scores.bottomRows(shared) = projection.pulled.asDiagonal() * taken.bottomRows(shared);
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const ConditionGram& share = shares[i];
-    const Eigen::Index residual = share.held.cols() - 1;
-    // Remaining residual in the products with this condition's held columns and with the candidate columns.
-    Eigen::VectorXd left = share.held.col(residual).head(residual);
+    const Eigen::Index residual = share.projected.cols() - 1;
+    // Remaining residual in the products with this condition's projected columns and with the candidate columns.
+    Eigen::VectorXd left = share.projected.col(residual).head(residual);
     Eigen::VectorXd score = share.cross[group].row(residual).transpose();
     for (Eigen::Index a = 0; a < residual; ++a) {
-      const Eigen::Index at = held.parts[i][static_cast<std::size_t>(a)].unknown;
-      left -= held.fitted(at) * share.held.col(a).head(residual);
-      score -= held.fitted(at) * share.cross[group].row(a).transpose();
+      const Eigen::Index at = projection.parts[i][static_cast<std::size_t>(a)].unknown;
+      left -= projection.fitted(at) * share.projected.col(a).head(residual);
+      score -= projection.fitted(at) * share.cross[group].row(a).transpose();
     }
     for (Eigen::Index a = 0; a < residual; ++a)
-      score -= left(a) * taken.row(held.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
+      score -= left(a) * taken.row(projection.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
     result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
   }
   for (Eigen::Index c = 0; c < columns; ++c) {  // e.g. a uniform intensity, which equals the contrast
-    if (result.information(c, c) > held_already * before(c)) continue;
+    if (result.information(c, c) > projected_already * before(c)) continue;
     result.information.row(c).setZero();
     result.information.col(c).setZero();
     result.scores.col(c).setZero();
@@ -237,9 +239,9 @@ Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::optio
     shares[i] =
         condition_gram_of(products_[i], shared_columns_of(problem_, i, static_cast<Eigen::Index>(own_)), random_sd);
   });
-  const Held held = hold(shares, problem_, own_, random_sd);
+  const Projection projection = projection_of(shares, problem_, own_, random_sd);
   Scan result;
-  result.square = held.square;
+  result.square = projection.square;
   for (const Observations& data : problem_.data)
     result.freedom +=
         static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));
@@ -248,7 +250,7 @@ Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::optio
   std::vector<Whitened> whitened(groups_);
   for (Score& score : result.scores) score.units = units_, score.run_length = run_length_;
   tbb::parallel_for(std::size_t{0}, groups_,
-                    [&](std::size_t g) { whitened[g] = whiten(project(shares, held, g), result.scores[g]); });
+                    [&](std::size_t g) { whitened[g] = whiten(project(shares, projection, g), result.scores[g]); });
   if (seed && groups_ > 0) flip(whitened, result.scores, *seed);
   return result;
 }

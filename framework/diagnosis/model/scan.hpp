@@ -51,7 +51,7 @@ struct Scan {
   double freedom = 0;         ///< its expectation for noise alone
 };
 
-struct Products;
+struct ConditionGram;
 
 /// Scores of the same columns at several variances between conditions; parts independent of them are computed once.
 class Scanner {
@@ -71,8 +71,8 @@ class Scanner {
   const Problem& problem_;
   std::size_t own_, groups_;
   double run_length_;
-  std::vector<Eigen::Index> units_;  ///< of sign flips: of each condition, then of each shared random unknown
-  std::vector<Products> products_;   ///< one per condition
+  std::vector<Eigen::Index> units_;      ///< of sign flips: of each condition, then of each shared random unknown
+  std::vector<ConditionGram> products_;  ///< one per condition, see products_of()
 };
 
 /// Scores at the fit's own variances, its jacobian projected out. @param seed of the sign flips; nullopt: no p-values

@@ -81,7 +81,7 @@ struct Diagnosis {
   std::vector<std::string> notes_on_found, notes_on_nuisances, notes_on_dropped;
   Audit audit;
   SearchResult search;
-  State as_it_was;                  ///< the given model, with fitted reflectivities
+  State given_as_written;           ///< the given model with its parameters, reflectivities and variances fitted
   std::vector<NextCondition> next;  ///< conditions to measure, most informative first; ties before blind effects
   std::vector<InputFile> inputs;
   Origin origin;
@@ -97,7 +97,7 @@ struct Diagnosis {
   std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
   std::unique_ptr<GivenModel> given;
-  std::vector<Term> model_terms;                       ///< of the given model
+  std::vector<Term> given_terms;                       ///< of the given model
   std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
 };
 

@@ -84,7 +84,8 @@ class Builder {
           };
           Block one = block(parameters, values, there, rows_);
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
-          result_.list.push_back({&candidate.with(r), ModelTerm{t, r}, std::move(one.values), std::move(one.parts)});
+          result_.list.push_back(
+              {&candidate.with(r), TermOrRefinement{t, r}, std::move(one.values), std::move(one.parts)});
         }
       } catch (const simulation::EffectError&) {
         result_.group.columns.resize(before);
@@ -151,11 +152,11 @@ class Builder {
       Choice choice{effect, root.columns, 0};
       for (std::size_t r = 0; r < refinements.size(); ++r) {
         if ((bits >> r & 1U) == 0) continue;
-        const std::size_t at = one.candidate->place(r);
+        const std::size_t at = one.candidate->first_parameter_of(r);
         one.candidate = &one.candidate->with(r);
         one.values.insert(one.values.end(), refinements[r].values.begin(), refinements[r].values.end());
         for (Alternative::Amplitude part : refinements[r].parts) {
-          part.size += at;
+          part.amplitude += at;
           if (part.angle) *part.angle += at;
           one.parts.push_back(part);
         }
@@ -234,8 +235,8 @@ State Alternative::placed(State state, std::span<const double> columns) const {
       chosen[*part.angle] = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
       length = std::hypot(length, quarter);
     }
-    const FreeParameter& size = parameters()[part.size];
-    chosen[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
+    const FreeParameter& size = parameters()[part.amplitude];
+    chosen[part.amplitude] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
   }
   if (refines)
     state.terms[refines->term] = refined(state.terms[refines->term], *refines->refinement, chosen);
@@ -271,8 +272,8 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
   return all;
 }
 
-Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,
-                                 std::span<const Candidate* const> but) {
+Alternatives alternatives_missing_in(const Problem& problem, const State& state, const Alternatives& some,
+                                     std::span<const Candidate* const> but) {
   Builder builder(problem, state);
   std::size_t effect = 0;
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);

@@ -48,7 +48,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
     columns.push_back(static_cast<Eigen::Index>(together.columns.size() - before));
   }
   if (together.columns.empty()) return result;
-  fit = linearised(problem, std::move(fit));
+  fit = with_jacobian(problem, std::move(fit));
   const Eigen::MatrixXd information = score_of(problem, fit, together).information;
   std::vector<Eigen::MatrixXd> frames;
   std::vector<Eigen::Index> first;

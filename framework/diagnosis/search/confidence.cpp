@@ -94,7 +94,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   State whole = state;
-  update_grid_bias(problem, whole);            // captures are averaged over whole superpixels
+  update_precomputed(problem, whole);          // captures are averaged over whole superpixels
   const auto rows = expected(problem, whole);  // with the boards' flatness
   std::vector<Observations> result = problem.data;
   Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // drift, sessions

@@ -55,8 +55,8 @@ void EffectTests::run() {
 /// @returns true if one was dropped, so that the others must be tested again; false if all passed or none is left
 bool EffectTests::drop_worst_failing() {
   Selection& selection = findings_.selection;
-  const std::vector<ModelTerm> all = selection.additions();
-  if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.original())) {
+  const std::vector<TermOrRefinement> all = selection.additions();
+  if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.refitted_given())) {
     findings_.drop_all("without those that were dropped it explains less than nothing");
     return false;
   }
@@ -67,7 +67,7 @@ bool EffectTests::drop_worst_failing() {
     return std::pair(f.refutation.empty(), std::isnan(f.explained_fraction) ? HUGE_VAL : f.explained_fraction);
   };
   const PatternScan with_all = findings_.finder.find(selection.best());
-  for (const ModelTerm& addition : all) {
+  for (const TermOrRefinement& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
     EffectFinding now = evaluate_term(addition, with_all, is_confirmed(addition));
     findings_.note({"questioned",
@@ -96,14 +96,14 @@ bool EffectTests::drop_unidentifiable() {
       intervals(findings_.problem(), best, findings_.options().seed + 2, rest, Refinements::as_they_are);
   for (std::size_t f = findings_.result.found.size(); f-- > 0;) {
     EffectFinding& finding = findings_.result.found[f];
-    const std::size_t term = findings_.model().size() + f;
+    const std::size_t term = findings_.given_terms().size() + f;
     const Unidentified unidentified = identifiability_of(best, term, all, rest);
     if (unidentified.why.empty()) continue;
     findings_.note({"valued", {finding.name}, {}, unidentified.why});
     finding.refutation = unidentified.why;
     if (unidentified.nonlinear) {
       if (!unidentified.at_limit && rest < settings.explained)
-        finding.untold = Untold{best.state, term, *unidentified.nonlinear};
+        finding.undetermined = UndeterminedValue{best.state, term, *unidentified.nonlinear};
       if (findings_.replace_by_others(finding, unidentified)) return true;
     }
     findings_.drop_with_reason({term, std::nullopt}, std::move(finding));
@@ -132,7 +132,7 @@ double EffectTests::explained_fraction(const ModelFit& less, const PatternScan& 
 /// residual is that of the best model, and includes whatever else is unexplained.
 double EffectTests::chance(const ModelFit& less, const Score& score) const {
   ModelFit remaining = findings_.best();
-  remaining.state.linearisation = less.state.linearisation;
+  remaining.state.precomputed = less.state.precomputed;
   remaining.jacobian = less.jacobian;
   const Alternatives& candidates = findings_.selection.alternatives();
   const Score all = score_of(findings_.problem(), remaining, candidates.group);
@@ -141,9 +141,10 @@ double EffectTests::chance(const ModelFit& less, const Score& score) const {
   return chance_of(score, all, groups, findings_.options().seed);
 }
 
-/// Tests a piece of the best model against the model without it; the refutation is empty if it passes.
+/// Tests a addition of the best model against the model without it; the refutation is empty if it passes.
 /// @param with_it patterns of the best model @param confirmed true: cross-fitting has confirmed it
-EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const {
+EffectFinding EffectTests::evaluate_term(const TermOrRefinement& addition, const PatternScan& with_it,
+                                         bool confirmed) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
   EffectFinding found;
@@ -157,8 +158,8 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
                           : score_of(findings_.problem(), less, direction, findings_.options().seed);
   const bool nothing_left = with_it.is_explained();
   if (!term.maps) {
-    // Flips of its own columns also flip a drift, which grows without the piece. If everything is explained with it,
-    // the likelihood compares the two; not with board heights, which are not refitted without the piece.
+    // Flips of its own columns also flip a drift, which grows without the addition. If everything is explained with it,
+    // the likelihood compares the two; not with board heights, which are not refitted without the addition.
     const double parameters = static_cast<double>(values_of(term, addition).size());
     const bool sure = nothing_left && !best.state.nuisances.boards &&
                       found.gain - parameters > settings.certain_gain * score.run_length;
@@ -199,14 +200,14 @@ void EffectTests::cross_fit() {
     for (const EffectFinding& finding : result.found)
       if (!all_folds) names.push_back(finding.names());
     result.cross_fit =
-        diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.model,
+        diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.given_terms,
                              task.candidates, options, names, searched ? searched_folds_ : std::vector<FoldResult>{});
     if (result.cross_fit.time_expired) throw TimeExpired();
     if (searched) searched_folds_ = result.cross_fit.folds;
   };
   ask();
   if (result.cross_fit.complete) return;
-  if (agree_on_more(result.cross_fit, findings_.best().state, findings_.model().size())) return ask(true);
+  if (agree_on_more(result.cross_fit, findings_.best().state, findings_.given_terms().size())) return ask(true);
   if (findings_.are_compared() || result.found.empty()) return;
   findings_.compare_with_rivals();  // folds without an effect may have chosen a rival
   ask();
@@ -214,7 +215,7 @@ void EffectTests::cross_fit() {
 
 bool EffectTests::follow_folds() {
   Selection& selection = findings_.selection;
-  const std::size_t given = findings_.model().size();
+  const std::size_t given = findings_.given_terms().size();
   for (State& state : models_with_agreed_effects(findings_.result.cross_fit, selection.best().state, given)) {
     std::vector<std::string> names;
     for (std::size_t t = given; t < state.terms.size(); ++t) names.push_back(state.terms[t].candidate->name());
@@ -242,7 +243,7 @@ void EffectTests::weigh(EffectFinding& finding) const {
 }
 
 /// True if folds have confirmed an effect: if these led to the model, its predictions have been tested.
-bool EffectTests::is_confirmed(const ModelTerm& addition) const {
+bool EffectTests::is_confirmed(const TermOrRefinement& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
   weigh(finding);

@@ -216,7 +216,7 @@ void Prediction::without(const std::string& effect, const State& state, const St
 /// never from distances.
 State Prediction::carried(const State& state) const {
   const Problem& to = held_.problem;
-  State result = beside(there_, state);
+  State result = comparable_with(there_, state);
   result.log_reflectivity.resize(to.targets.size(), 0);
   if (result.log_reflectivity.size() == state.log_reflectivity.size()) return result;
   constexpr int rounds = 3;  // repeated because light that is not the board's responds differently
@@ -241,7 +241,7 @@ State Prediction::carried(const State& state) const {
 
 Rows Prediction::predict(const State& state) {
   there_ = carried(state);
-  update_grid_bias(held_.problem, there_);
+  update_precomputed(held_.problem, there_);
   return expected(held_.problem, there_);
 }
 

@@ -78,7 +78,7 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
   prediction.before(fit_as_written(training.problem, std::move(as_given)).state);
   State start = start_on(training.problem, problem, model);
   start.nuisances = condition_nuisances_of(model.nuisances, left, training.data);
-  update_grid_bias(training.problem, start);
+  update_precomputed(training.problem, start);
   prediction.after(fit_with_maps(training.problem, start).state);
   return prediction.result();
 }
@@ -170,12 +170,12 @@ std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, 
   return result;
 }
 
-/// Fit at the grid bias of the state. The result keeps the earlier linearisation, for comparisons.
+/// Fit at the grid bias of the state. The result keeps the earlier precomputed parts, for comparisons.
 ModelFit fitted(const Problem& problem, State state) {
-  const Linearisation before = state.linearisation;
-  update_grid_bias(problem, state);
+  const Precomputed before = state.precomputed;
+  update_precomputed(problem, state);
   ModelFit fit = fit_with_maps(problem, std::move(state));
-  fit.state.linearisation = before;
+  fit.state.precomputed = before;
   return fit;
 }
 
@@ -208,13 +208,13 @@ bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
   const Probes probes = probes_of(problem, state, candidates, NonlinearRange::usual);
   for (std::size_t p = 0; p < probes.list.size(); ++p) {
     const Candidate& simpler = *probes.list[p].candidate;
-    const std::vector<double> beside = deviations_beside(problem, rows, state, own, probes.groups[p].columns);
+    const std::vector<double> with_simpler = deviations_beside(problem, rows, state, own, probes.groups[p].columns);
     std::size_t j = 0;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       const std::vector<FreeParameter> free = terms_[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k, ++j) {
         const bool blurred =
-            beside[j] > settings.max_given_sd_beside && alone[j] < settings.max_given_sd_alone * beside[j];
+            with_simpler[j] > settings.max_given_sd_beside && alone[j] < settings.max_given_sd_alone * with_simpler[j];
         if (free[k].nonlinear || !blurred || simpler.free().size() >= free.size()) continue;
         hold(t, free[k],
              fmt::format("beside {}, which is simpler, these conditions do not determine it", simpler.name()));
@@ -228,8 +228,8 @@ bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
 void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates) {
   if (terms_.empty()) return;
   State first = first_state(problem, terms_);
-  update_grid_bias(problem, first);
-  const auto start = [&] { return beside(first, first_state(problem, terms_)); };
+  update_precomputed(problem, first);
+  const auto start = [&] { return comparable_with(first, first_state(problem, terms_)); };
   while (hold_beside_simpler(problem, fit_nuisances(problem, start()).state, candidates)) {
   }
   hold_undetermined_in(problem, fit(problem, start()));
@@ -238,7 +238,7 @@ void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std
 std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem, ModelFit fit) {
   bool held = false;
   for (;;) {
-    const double rest = lack_of_fit(problem, linearised(problem, fit));
+    const double rest = lack_of_fit(problem, with_jacobian(problem, fit));
     const std::vector<Interval> all = intervals(problem, fit, 1, rest, Refinements::as_they_are);
     double most = 1;
     std::optional<std::pair<std::size_t, std::size_t>> loosest;

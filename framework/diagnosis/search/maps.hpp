@@ -15,7 +15,7 @@ inline constexpr double map_probe = 1e-3;
 /// An effect with estimated maps, in a model.
 struct MapTrial {
   Trial trial;
-  double left = 0;  ///< chi-square of the fit over its expectation
+  double lack_of_fit = 0;  ///< chi-square of the fit over its expectation
 };
 
 /// Best candidate with maps, fitted; nullopt if there is none or none is worth its parameters.
@@ -48,5 +48,9 @@ ModelFit fit_with_maps(const Problem& problem, State start);
 /// Like fit_roughly(), with maps refitted if maps_follow(); never worse than the start.
 /// @param start whose maps belong to another state
 ModelFit fit_roughly_with_maps(const Problem& problem, State start);
+
+/// State in which the constant includes the means, if the model has a constant: estimated maps of lengths then have
+/// mean 0 over the pixels. The expectation is unchanged. @throws simulation::EffectError
+State with_means_in_constant(const Problem& problem, State state);
 
 }  // namespace tofgraph::diagnosis

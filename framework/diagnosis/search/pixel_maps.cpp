@@ -259,7 +259,7 @@ bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& grou
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& given,
                                                const std::vector<std::unique_ptr<Candidate>>& candidates) {
   std::vector<std::string> notes;
-  const ModelFit fit = linearised(problem, given);
+  const ModelFit fit = with_jacobian(problem, given);
   const Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
   for (const Term& term : fit.state.terms) {
     if (!term.maps) continue;
