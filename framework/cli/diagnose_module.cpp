@@ -125,8 +125,8 @@ int diagnose(const DiagnoseArguments& arguments) {
   diagnosis::DiagnosisOptions options;
   options.model = arguments.model;
   options.data = diagnosis::campaign_in(arguments.data);
-  options.without = arguments.without;
-  options.skip = arguments.skip;
+  options.exclude_effects = arguments.without;
+  options.exclude_conditions = arguments.skip;
   options.skip_missing = arguments.skip_missing;
   options.other_serial = arguments.other_serial;
   options.search.max_effects = arguments.max_effects;
@@ -134,7 +134,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.confidence = arguments.confidence;
   options.shard = shard;
   options.cases = cases;
-  options.resample = arguments.resample;
+  options.random_halves = arguments.resample;
   options.search.seed = arguments.seed;
   options.warn = [&](const std::string& text) {
     if (!arguments.quiet) print_message(text);

@@ -110,10 +110,10 @@ class Run {
     note(notes_on(d_->measurements, *problem_));
     progress(read_by, "determining what these data can show");
     d_->given->hold_undetermined(*problem_, d_->candidates);
-    d_->model_terms = d_->given->terms();
-    d_->audit = audit(*problem_, d_->model_terms, d_->candidates);
+    d_->given_terms = d_->given->terms();
+    d_->audit = audit(*problem_, d_->given_terms, d_->candidates);
     const SearchOptions search_options = searching();
-    d_->search = search(*problem_, d_->model_terms, d_->candidates, search_options);
+    d_->search = search(*problem_, d_->given_terms, d_->candidates, search_options);
     if (!options_.shard.is_whole()) {
       inject(of_other_data(search_options));
       return std::move(d_);
@@ -125,7 +125,7 @@ class Run {
       note(notes_on_maps(d_->maps));
     }
     progress(found_by, "computing values and intervals");
-    validate();
+    compute_gaps();
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, *problem_, d_->search.after.state);
@@ -151,10 +151,10 @@ class Run {
   }
 
   void inject(const SearchOptions& options) {
-    std::string basis =
-        fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects, fmt::join(options_.skip, ","));
+    std::string basis = fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects,
+                                    fmt::join(options_.exclude_conditions, ","));
     for (const graph::PluginFile& file : catalogue_.files()) {
-      const bool excluded = std::ranges::find(options_.without, file.name) != options_.without.end();
+      const bool excluded = std::ranges::find(options_.exclude_effects, file.name) != options_.exclude_effects.end();
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";
     }
     if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))
@@ -164,7 +164,7 @@ class Run {
     if (!options_.cases.empty()) division.load = [&](std::size_t k) { return files.load(k); };
     if (!options_.shard.is_whole())
       division.save = [&](std::size_t k, const CaseOutcome& outcome) { files.save(k, outcome); };
-    d_->confidence = confidence(*problem_, d_->model_terms, d_->candidates, d_->audit, d_->search.after.state,
+    d_->confidence = confidence(*problem_, d_->given_terms, d_->candidates, d_->audit, d_->search.after.state,
                                 options_.confidence, options, division);
   }
 
@@ -199,9 +199,9 @@ class Run {
           std::max(share_, folds_from + (found_by - folds_from) * static_cast<double>(done) / static_cast<double>(all));
       progress(share_, fmt::format("predicting held-out conditions, fold {} of {}", done, all));
     };
-    search.hold_given = [this](const Problem& problem, const ModelFit& fit) {
+    search.hold_given = [this](const Problem& problem, const ModelFit& fit, std::vector<Term>& given_terms) {
       std::optional<ModelFit> held = d_->given->hold_undetermined_in(problem, fit);
-      d_->model_terms = d_->given->terms();
+      given_terms = d_->given_terms = d_->given->terms();
       return held;
     };
     return search;
@@ -214,7 +214,7 @@ class Run {
     d_->model = simulation::load_model(options_.model, catalogue_, diagnostics);
     io::Campaign campaign = io::read_campaign(options_.data, diagnostics, io::Captures::may_be_missing);
     if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-    leave_out(campaign, options_.skip, d_->notes);
+    leave_out(campaign, options_.exclude_conditions, d_->notes);
     for (const io::Condition& condition : campaign.conditions) {
       if (!options_.skip_missing && !condition.capture.empty() && !std::filesystem::exists(condition.capture))
         diagnostics.error(
@@ -236,7 +236,7 @@ class Run {
     d_->inputs = hashed_inputs(options_.model, options_.data, campaign.conditions);
     d_->seed = options_.search.seed;
     d_->time_limit = options_.time_limit;
-    d_->candidates = candidates_of(catalogue_, options_.without, d_->notes);
+    d_->candidates = candidates_of(catalogue_, options_.exclude_effects, d_->notes);
     d_->given = std::make_unique<GivenModel>(d_->model.effects);
     return campaign;
   }
@@ -249,7 +249,7 @@ class Run {
       d_->notes.push_back(fmt::format("The {}: {}", one.message, one.hint));
   }
 
-  void validate() {
+  void compute_gaps() {
     const CrossFit& folds = d_->search.cross_fit;
     if (folds.empty() && !d_->search.time_expired)
       d_->notes.push_back("No setting has enough levels to hold some out: the gap is that of the fit itself.");
@@ -260,15 +260,15 @@ class Run {
     }
     // The given model is not refitted; only its reflectivities and standard deviations are.
     const Problem original = make_problem(problem_->design, problem_->data);
-    State as_it_was{d_->model_terms, d_->search.before.state.log_reflectivity, d_->search.before.state.random_sd};
-    if (!d_->model_terms.empty()) update_grid_bias(original, as_it_was);
-    const State before = d_->as_it_was = fit_nuisances(original, as_it_was).state;
+    const State& refitted = d_->search.refitted_given.state;
+    d_->given_as_written =
+        fit_as_written(original, {d_->given_terms, refitted.log_reflectivity, refitted.random_sd}).state;
     const State& after = d_->search.after.state;
     const State flat = with_flat_boards(after);
     const std::array<double, observables> scatter = scatter_of(*problem_, after);
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
-      d_->gaps[o] = {gap(original, before, o),
+      d_->gaps[o] = {gap(original, d_->given_as_written, o),
                      gap(*problem_, flat, o),
                      out.before,
                      out.after,
@@ -286,24 +286,22 @@ class Run {
   void describe() {
     const ModelFit& after = d_->search.after;
     const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2, d_->search.lack_of_fit);
-    std::size_t at = 0;
+    Eigen::Index j = 0;
     for (std::size_t t = 0; t < after.state.terms.size(); ++t) {
       const Term& term = after.state.terms[t];
-      EffectResult effect;
-      effect.name = term.candidate->name();
-      effect.change = t < d_->model_terms.size() ? "refitted" : "added";
+      EffectResult effect{.name = term.candidate->name(), .change = t < d_->given_terms.size() ? "refitted" : "added"};
       effect.experiment = term.candidate->border().experiment;
-      for (std::size_t k = 0; k < term.values.size(); ++k, ++at) {
+      for (std::size_t k = 0; k < term.values.size(); ++k, ++j) {
         const FreeParameter& p = term.candidate->free()[k];
-        const auto j = static_cast<Eigen::Index>(at);
-        const Interval interval = term.maps ? Interval{NAN, NAN} : all[at];  // only scale times map is determined
+        const Interval interval =  // only scale times map is determined
+            term.maps ? Interval{NAN, NAN} : all[static_cast<std::size_t>(j)];
         effect.parameters.push_back({p.name, p.unit, term.values[k], interval,
                                      parameter_status(p, interval, after.covariance(j, j)), p.nonlinear, p.off,
                                      p.typical});
       }
       effect.fixed = fixed_of(*term.candidate);
-      if (t >= d_->model_terms.size()) {
-        const EffectFinding& found = d_->search.found[t - d_->model_terms.size()];
+      if (t >= d_->given_terms.size()) {
+        const EffectFinding& found = d_->search.found[t - d_->given_terms.size()];
         effect.gain = found.gain;
         effect.p_value = found.p_value;
         effect.explained_fraction = found.explained_fraction;
@@ -341,13 +339,14 @@ class Run {
     for (const auto& [name, why] : d_->search.refused)
       d_->notes.push_back(fmt::format("The effect {} was excluded: {}", name, why));
     for (const EffectFinding& tried : d_->search.dropped)
-      d_->notes.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+      d_->notes_on_dropped.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
+    note(d_->notes_on_dropped);
   }
 
   /// Number of random halves. Without repeated measurements the tests treat all residuals as noise that is independent
   /// between conditions; halves of the data show which effects depend on that assumption.
   std::size_t halves_to_search() const {
-    if (options_.resample > 0) return options_.resample;
+    if (options_.random_halves > 0) return options_.random_halves;
     return !d_->search.found.empty() && std::isnan(d_->gaps[distance].noise_floor) ? settings.halves : 0;
   }
 
@@ -357,7 +356,7 @@ class Run {
       progress(found_by + (1 - found_by) * static_cast<double>(done) / static_cast<double>(all),
                fmt::format("choosing effects again without parts of the data, {} of {}", done, all));
     };
-    d_->stability = stability(*problem_, d_->model_terms, d_->candidates, halves, options);
+    d_->stability = stability(*problem_, d_->given_terms, d_->candidates, halves, options);
     const auto of_halves = std::ranges::find(d_->stability, any_half, &Stability::put_aside);
     if (of_halves == d_->stability.end()) return;
     for (EffectResult& effect : d_->effects) {

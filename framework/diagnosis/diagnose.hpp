@@ -16,14 +16,14 @@ namespace tofgraph::diagnosis {
 
 struct DiagnosisOptions {
   std::filesystem::path model, data;
-  std::vector<std::string> without;  ///< effects excluded from the candidates
-  std::vector<std::string> skip;     ///< ids of excluded conditions
+  std::vector<std::string> exclude_effects;     ///< not candidates
+  std::vector<std::string> exclude_conditions;  ///< ids
   bool skip_missing = false;
-  bool other_serial = false;   ///< a model of another device is accepted, with a warning
-  std::size_t confidence = 0;  ///< number of injected cases that estimate how often the search is right
-  std::size_t resample = 0;    ///< random halves that are searched; 0: only without repeated measurements
-  double time_limit = 0;       ///< s; 0: none
-  config::Shard shard;         ///< of the cases; a partial shard writes no report
+  bool other_serial = false;      ///< a model of another device is accepted, with a warning
+  std::size_t confidence = 0;     ///< number of injected cases that estimate how often the search is right
+  std::size_t random_halves = 0;  ///< that are searched; 0: only without repeated measurements
+  double time_limit = 0;          ///< s; 0: none
+  config::Shard shard;            ///< of the cases; a partial shard writes no report
   std::filesystem::path
       cases;  ///< folder of earlier cases, which are reused, and to which a shard adds its own; may be empty
   SearchOptions search;

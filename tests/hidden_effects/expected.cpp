@@ -106,10 +106,10 @@ Result select(const Problem& problem, const hidden::Effects& effects,
   }
   const std::optional<std::vector<Term>> truth = terms_of(effects, candidates);
   if (!truth) return result;
-  State state = selection.original().state;
+  State state = selection.refitted_given().state;
   state.random_sd = selection.best().state.random_sd;
   state.terms = *truth;
-  const ModelFit fit = selection.refitted(state);
+  const ModelFit fit = selection.fit_at_every_pixel(state);
   result.behind = selection.best().deviance - fit.deviance;
   const double bic = selection.bic(selection.best()) - selection.bic(fit);
   const bool part = std::ranges::includes(hidden, result.selected);

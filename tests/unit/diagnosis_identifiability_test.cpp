@@ -118,10 +118,10 @@ TEST_F(Rail, IntervalsAllowForWhatIsTooSmallToBeSeen) {
     State start{{{&plain, {k1}}}, first_log_reflectivity(problem), {}};
     start.random_sd.offset = 0;
     State fitted = fit(problem, start).state;
-    update_grid_bias(problem, fitted);  // as data are reduced: averaged over the superpixels
-    start = beside(fitted, start);
+    update_precomputed(problem, fitted);  // as data are reduced: averaged over the superpixels
+    start = comparable_with(fitted, start);
     const ModelFit best = fit(problem, start);
-    const Interval open = intervals(problem, best, 1)[0],
+    const Interval open = intervals(problem, best, 1, 1)[0],
                    shut = intervals(problem, best, 1, 1, Refinements::as_they_are)[0];
     EXPECT_LE(open.low, shut.low);
     EXPECT_GE(open.high, shut.high);

@@ -97,7 +97,7 @@ TEST_F(FoldAgreement, TheSetOfMostFoldsComesFirst) {
   folds.folds.push_back(fold({"wiggling", "zero_offset", "crosstalk"}));
   folds.folds.push_back(fold({"wiggling"}));
   const State model{{random_term(effect("wiggling"), 1, 1)}, {}, {}};
-  const std::vector<State> agreed = agreed_models(folds, model, 0);
+  const std::vector<State> agreed = models_with_agreed_effects(folds, model, 0);
   ASSERT_EQ(agreed.size(), 2U);
   EXPECT_EQ(names_of(agreed[0]), (std::vector<std::string>{"wiggling", "crosstalk"}));
   EXPECT_EQ(names_of(agreed[1]), (std::vector<std::string>{"wiggling", "zero_offset", "crosstalk"}));
@@ -107,9 +107,9 @@ TEST_F(FoldAgreement, NothingWhereTheModelHasWhatMostFoldsChose) {
   CrossFit folds;
   for (int k = 0; k < 3; ++k) folds.folds.push_back(fold({"wiggling"}));
   for (int k = 0; k < 2; ++k) folds.folds.push_back(fold({"wiggling", "crosstalk"}));
-  EXPECT_TRUE(agreed_models(folds, {{random_term(effect("wiggling"), 1, 1)}, {}, {}}, 0).empty());
+  EXPECT_TRUE(models_with_agreed_effects(folds, {{random_term(effect("wiggling"), 1, 1)}, {}, {}}, 0).empty());
   folds.folds.resize(2);
-  EXPECT_TRUE(agreed_models(folds, {}, 0).empty()) << "two folds are no majority";
+  EXPECT_TRUE(models_with_agreed_effects(folds, {}, 0).empty()) << "two folds are no majority";
 }
 
 /// A constant and an offset with the integration time are hidden; all data have led to a warm-up of a camera that was
@@ -132,7 +132,7 @@ TEST_F(FoldAgreement, AllFoldsAreSearchedWhereTheFirstAgreeOnMore) {
   Findings findings(make_problem(*design, data), given, candidates, options, {});
   Selection& selection = findings.selection;
   selection.begin();
-  selection.linearise();
+  selection.linearise_candidates();
   findings.trials.prepare(selection.best().state, {});
   State wrong = selection.best().state;
   const auto exponent = std::ranges::find(warm_up.refinements(), "exponent", &Refinement::name);

@@ -146,9 +146,9 @@ TEST_F(LastingResidue, IsCarriedByRuns) {
   ModelFit fit;
   fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1e-6, .offset = 0, .light = 1e-6}};
   const double all = static_cast<double>(design->size());
-  EXPECT_GT(score_of(same, fit, group, 0, 0).effective_sample_size, 0.8 * all);
+  EXPECT_GT(score_of(same, fit, group).effective_sample_size, 0.8 * all);
   for (std::size_t i = 0; i < design->size(); ++i) fit.state.nuisances.runs.push_back(static_cast<Eigen::Index>(i / 5));
-  EXPECT_NEAR(score_of(same, fit, group, 0, 0).effective_sample_size, all / 5, 0.5);
+  EXPECT_NEAR(score_of(same, fit, group).effective_sample_size, all / 5, 0.5);
 }
 
 /// A score is the decrease in deviance when its columns are fitted, beside shared effects and a smooth field.
@@ -185,7 +185,7 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
     const Unknowns unknowns = problem.unknowns(columns.size());
     return solve(assemble(grams, determinants, unknowns, weight), unknowns, fit.state.random_sd);
   };
-  const Score score = score_of(problem, fit, group, 0, 0);
+  const Score score = score_of(problem, fit, group);
   const Solution with = deviance(group.columns);
   EXPECT_GT(score.gain, 1);
   EXPECT_NEAR(score.gain, deviance({}).deviance - with.deviance, 1e-6 * score.gain);
@@ -203,7 +203,7 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
   both.insert(both.end(), group.columns.begin(), group.columns.end());
   const Group* const only = &group;
   const Scanner scanner(problem, fit, std::span(&only, 1), std::span(&map, 1));
-  const double beside = scanner.scan(fit.state.random_sd, 0, 0, 0).scores[0].gain;
+  const double beside = scanner.scan(fit.state.random_sd, 0).scores[0].gain;
   EXPECT_NEAR(beside, deviance(values).deviance - deviance(both).deviance, 1e-5 * score.gain);
   EXPECT_LT(beside, 0.9 * score.gain);
 }
@@ -236,7 +236,7 @@ TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
     }
   }
   const Group* const only = &group;
-  const Scan scanned = scan(problem, fit, std::span(&only, 1), 0, 0);
+  const Scan scanned = scan(problem, fit, std::span(&only, 1));
   const Eigen::MatrixXd& information = scanned.scores[0].information;
   const Eigen::VectorXd values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(information).eigenvalues();
   EXPECT_GT(values.minCoeff(), -1e-9 * values.maxCoeff());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Every threshold of the gap search. Its comment states decision, unit and source, as in the table of docs/method.md,
+/// Every threshold of the verdict. Its comment states decision, unit and source, as in the table of docs/method.md,
 /// which tests/thresholds.py makes from this file.
 #pragma once
 
@@ -65,7 +65,7 @@ struct SearchSettings {
   double max_session_sd = 0.3;
   /// shared unknown held beyond | widest priors | physical: cameras do not drift by metres
   double max_shared_widths = 5;
-  /// gain for a drift to have a mean | deviance | chosen: as min_bic_gain
+  /// gain by a drift for it to have a mean, at least | deviance | chosen: as min_bic_gain
   double min_drift_gain = 10;
   /// half waves of a drift, at most | | chosen
   std::size_t max_drift_waves = 8;
@@ -79,13 +79,14 @@ struct SearchSettings {
   double contrast_min_agreeing = 0.75;
   /// rounds over all variances, at most | | numerical
   int max_variance_rounds = 8;
-  /// fall of the deviance at which these end | deviance | numerical: small against converged
+  /// fall of the deviance at which the rounds over variances end | deviance | numerical: small against converged
   double variances_converged = 0.005;
   /// steps of a fit, at most | steps | numerical
   int max_fit_steps = 30;
   /// fall of the deviance at which a fit ends | deviance | numerical: small against min_bic_gain
   double converged = 0.02;
-  /// likewise, for a comparison of candidates | deviance | numerical: small against min_bic_gain
+  /// fall of the deviance at which a fit for a comparison of candidates ends | deviance | numerical: small against
+  /// min_bic_gain
   double roughly_converged = 0.5;
   /// halvings of a start that gives no number or a worse model | halvings | numerical
   int max_start_halvings = 6;
@@ -103,7 +104,7 @@ struct SearchSettings {
   double board_max_trial_sd = 1e-2;
   /// ratio of the sds of flatness that are tried | | numerical: a grid
   double board_trial_factor = 1.6;
-  /// share of excess explained, if everything becomes explained | | chosen
+  /// share of excess explained by flatness, at least | | chosen
   double board_min_share = 0.25;
   /// share of excess at which flatness is accepted | | chosen
   double board_sure_share = 0.5;
@@ -117,7 +118,7 @@ struct SearchSettings {
   double board_min_subset_promise = 0.8;
   /// rounds that alternate between boards and effects, at most | | numerical
   int board_max_rounds = 12;
-  /// fall of the deviance at which these end | deviance | numerical
+  /// fall of the deviance at which that alternation ends | deviance | numerical
   double board_converged = 1;
   /// half waves of a smooth field, at most | | chosen
   int field_max_half_waves = 6;
@@ -141,11 +142,11 @@ struct SearchSettings {
   double min_jitter_scale = 1.5;
   /// board is reported as misplaced above | sd | chosen
   double misplaced_sd = 6;
-  /// likewise, and above | m | physical: smaller errors are usual for rails and boards
+  /// distance error of a misplaced board, at least | m | physical: smaller errors are usual for rails and boards
   double misplaced_distance = 3e-3;
   /// conditions for median board offset, at least | | chosen
   std::size_t misplaced_min_conditions = 8;
-  /// change of jitter that repeats the selection | ln | chosen
+  /// change of jitter or drift mean that repeats a fit or selection | ln | chosen
   double jitter_scale_change = 0.2;
 
   // == Alternatives and sets ==
@@ -181,7 +182,8 @@ struct SearchSettings {
   std::size_t max_singles = 8;
   /// single effects that are always fitted | | chosen
   std::size_t sure_singles = 3;
-  /// share of it to fit further ones | | chosen: the response to a large gap is nonlinear
+  /// share of the best single predicted gain to fit further single effects | | chosen: the response to a large gap is
+  /// nonlinear
   double min_single_promise = 0.3;
   /// forms per rival that are fitted | | chosen, for the time
   std::size_t max_forms = 3;
@@ -204,7 +206,7 @@ struct SearchSettings {
   int map_trial_rounds = 2;
   /// updates of maps beside the other parameters, at most | | numerical
   int map_max_rounds = 8;
-  /// fall of the deviance at which these end | deviance | numerical
+  /// fall of the deviance at which updates of maps end | deviance | numerical
   double map_converged = 1;
   /// approximate gain over price to evaluate a map | | chosen: the rough gain ignores what effects can take over
   double map_min_rough_gain = 0.5;
@@ -223,11 +225,11 @@ struct SearchSettings {
   /// effective sample size below which flips are insufficient | | statistical: p can reach 2/1024; with 8 it is 2/256
   /// at least
   double min_effective_sample_size = 10;
-  /// gain beyond parameters that suffices then | deviance | chosen
+  /// gain beyond parameters that suffices, if flips cannot or everything is explained | deviance | chosen
   double certain_gain = 60;
   /// explained fraction, at least | | chosen
   double min_explained_fraction = 0.8;
-  /// likewise, confirmed by cross-fitting | | chosen on one laboratory's campaign
+  /// explained fraction of an effect confirmed by cross-fitting, at least | | chosen on one laboratory's campaign
   double min_explained_fraction_confirmed = 0.5;
   /// relative fall of a pattern that is compared | | chosen
   double related_pattern_fall = 0.2;
@@ -236,7 +238,7 @@ struct SearchSettings {
   /// distance from its least value at which a nonlinear parameter is at its limit | typical values | numerical: within
   /// a step of a derivative
   double near_limit = 0.02;
-  /// likewise, at its lower limit | typical values | chosen
+  /// interval of a nonlinear parameter at its lower limit, at most | typical values | chosen
   double max_width_at_limit = 1;
   /// joint region of amplitude parameters | | statistical: as for intervals
   double joint_confidence = 0.95;
@@ -248,9 +250,9 @@ struct SearchSettings {
   double close_rival = 0.01;
   /// relative linear gain to fit nearest candidates | | chosen: the nonlinear gain may be larger
   double min_nearest_gain = 0.3;
-  /// explained fraction to list them | | chosen
+  /// explained fraction of a nearest candidate, at least | | chosen
   double min_nearest_fraction = 0.01;
-  /// such candidates fitted, at most | | chosen, for the time
+  /// rivals or nearest candidates that are fitted, at most | | chosen, for the time
   std::size_t max_fitted_candidates = 6;
   /// starts per candidate, at most | | chosen
   std::size_t max_starts = 2;
@@ -260,25 +262,25 @@ struct SearchSettings {
   double unmoved_amplitude = 0.02;
 
   // == Held-out data ==
-  /// levels, at least; groups, at most | | chosen
+  /// levels of a setting to hold some out, at least; groups of targets or sessions, at most | | chosen
   std::size_t min_levels = 4;
   /// interleaved groups of distances | | chosen
   std::size_t interleaved_groups = 3;
-  /// clusters for an interval, else conditions | | statistical
+  /// clusters of conditions to draw for an interval, at least; with fewer, conditions are drawn | | statistical
   std::size_t min_clusters = 5;
   /// share of levels held out at either end | | chosen
   double end_share = 0.1;
-  /// share of conditions remaining beside a session | | chosen
+  /// share of conditions that remain without a session, at least | | chosen
   double min_left_by_session = 0.25;
   /// share of folds that choose an effect, at least | | chosen
   double min_chosen_fraction = 0.8;
-  /// rise that ends cross-fitting early | chi-square | chosen: 5 sd, as blind_below
+  /// change by an effect that may end cross-fitting early, at least | chi-square | chosen: 5 sd, as blind_below
   double min_harm_chi_square = 25;
   /// growth of held-out gap, at most | | chosen
   double max_gap_growth = 1.05;
-  /// likewise, against the given model | | physical: rounding and the coarse grid
+  /// growth of the gap of the given model, at most | | physical: rounding and the coarse grid
   double max_given_gap_growth = 1.01;
-  /// likewise, beside that factor | m | physical: rounding and the coarse grid
+  /// growth of the gap of the given model beyond that factor, at most | m | physical: rounding and the coarse grid
   double given_gap_tolerance = 2e-5;
   /// bootstrap draws of held-out gap | | chosen
   int gap_interval_draws = 1000;
@@ -286,19 +288,19 @@ struct SearchSettings {
   std::size_t folds_at_once = 4;
   /// folds searched first | | chosen, for the time
   std::size_t first_folds = 2;
-  /// folds before a rise ends cross-fitting | | chosen, for the time
+  /// folds before a worse prediction may end cross-fitting | | chosen, for the time
   std::size_t min_folds_to_refute = 3;
   /// folds for a majority, at least | | chosen
   std::size_t min_agreeing_folds = 3;
-  /// majority sets fitted to all data | | chosen
+  /// sets with an effect of most folds that are fitted to all data, at most | | chosen
   std::size_t max_agreed_models = 3;
   /// half interval of refitted given amplitudes, at most | typical values | chosen
   double max_given_width = 1;
-  /// likewise, nonlinear parameters | typical values | chosen
+  /// half interval of refitted given nonlinear parameters, at most | typical values | chosen
   double max_given_width_nonlinear = 5;
-  /// given amplitude held above, beside simpler effect | typical values | chosen
+  /// sd of a given amplitude beside a simpler effect, held above | typical values | chosen
   double max_given_sd_beside = 0.5;
-  /// its ratio without that effect, at most | | chosen
+  /// relative sd of such an amplitude without the simpler effect, at most | | chosen
   double max_given_sd_alone = 0.3;
 
   // == Unexplained residual and intervals ==
@@ -312,7 +314,7 @@ struct SearchSettings {
   double min_pattern_gain = 30;
   /// camera offset scatters above | m | chosen
   double unsteady_sd = 1e-3;
-  /// likewise, gain at least | deviance | chosen
+  /// gain by scatter of the camera offset, at least | deviance | chosen
   double unsteady_min_gain = 20;
   /// draws of the parallel analysis | | chosen
   int parallel_analysis_draws = 100;
@@ -341,7 +343,7 @@ struct SearchSettings {
   double nonlinear_prior_sd = 1;
   /// distance of two models, at least | sd | statistical: one in twenty differs by as much by chance
   double min_distinction = 2;
-  /// likewise, relative to measured conditions | | chosen
+  /// distance of two models over that in measured conditions, at least | | chosen
   double min_distinction_gain = 1.1;
   /// nearest proposed distance, relative | | chosen
   double near_board = 0.7;
@@ -359,7 +361,7 @@ struct SearchSettings {
   double noted_bad_pixels = 0.001;
   /// drift or sessions noted above | m | chosen
   double noted_drift = 2e-4;
-  /// likewise, light | ln | chosen
+  /// drift or sessions of light noted above | ln | chosen
   double noted_drift_light = 2e-3;
 
   // == Random halves ==
@@ -371,9 +373,9 @@ struct SearchSettings {
   // == Time limit ==
   /// share of time for the search | | chosen: reports take the rest
   double searched_by = 0.65;
-  /// likewise, with comparison with given model | | chosen: reports take the rest
+  /// share of time for search and comparison with the given model | | chosen: reports take the rest
   double verified_by = 0.8;
-  /// likewise, with rivals | | chosen: reports take the rest
+  /// share of time for both and the comparison with rivals | | chosen: reports take the rest
   double compared_by = 0.9;
 
   // == Practical significance ==

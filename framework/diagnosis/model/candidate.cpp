@@ -145,7 +145,7 @@ void Candidate::find_refinements() {
     variants_.push_back(std::unique_ptr<Candidate>(new Candidate(*this, bits)));
 }
 
-std::size_t Candidate::place(std::size_t refinement) const {
+std::size_t Candidate::first_parameter_of(std::size_t refinement) const {
   std::size_t at = root_->free_.size();
   for (std::size_t r = 0; r < refinement; ++r) at += refined(r) ? refinements()[r].parameters.size() : 0;
   return at;
@@ -237,26 +237,26 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
   return text + "}";
 }
 
-std::span<const double> values_of(const Term& term, const ModelTerm& piece) {
-  if (!piece.refinement) return term.values;
-  const std::size_t count = term.candidate->refinements()[*piece.refinement].parameters.size();
-  return std::span(term.values).subspan(term.candidate->place(*piece.refinement), count);
+std::span<const double> values_of(const Term& term, const TermOrRefinement& addition) {
+  if (!addition.refinement) return term.values;
+  const std::size_t count = term.candidate->refinements()[*addition.refinement].parameters.size();
+  return std::span(term.values).subspan(term.candidate->first_parameter_of(*addition.refinement), count);
 }
 
-std::string name_of(const Term& term, const ModelTerm& piece) {
+std::string name_of(const Term& term, const TermOrRefinement& addition) {
   const std::string name = term.candidate->name();
-  return piece.refinement ? name + "." + term.candidate->refinements()[*piece.refinement].name : name;
+  return addition.refinement ? name + "." + term.candidate->refinements()[*addition.refinement].name : name;
 }
 
 Term refined(Term term, std::size_t refinement, std::span<const double> values) {
-  const auto at = static_cast<std::ptrdiff_t>(term.candidate->place(refinement));
+  const auto at = static_cast<std::ptrdiff_t>(term.candidate->first_parameter_of(refinement));
   term.values.insert(term.values.begin() + at, values.begin(), values.end());
   term.candidate = &term.candidate->with(refinement);
   return term;
 }
 
 Term coarser(Term term, std::size_t refinement) {
-  const auto first = term.values.begin() + static_cast<std::ptrdiff_t>(term.candidate->place(refinement));
+  const auto first = term.values.begin() + static_cast<std::ptrdiff_t>(term.candidate->first_parameter_of(refinement));
   const std::size_t count = term.candidate->refinements()[refinement].parameters.size();
   term.values.erase(first, first + static_cast<std::ptrdiff_t>(count));
   term.candidate = &term.candidate->without(refinement);

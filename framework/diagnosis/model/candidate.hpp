@@ -96,6 +96,7 @@ class Candidate {
   /// The effect without any refinement: common to all its refinements.
   const Candidate& root() const { return *root_; }
   const graph::Plugin& descriptor() const { return *descriptor_; }
+  /// Declaration of the effect at the border to its plugin.
   const tofgraph_effect& border() const { return *descriptor_->effect; }
   const std::vector<FreeParameter>& free() const { return free_; }
   /// Indices of parameters that keep the values of the model, although they could be varied.
@@ -111,7 +112,7 @@ class Candidate {
   const Candidate& with(std::size_t refinement) const { return variant(refined_ | std::size_t{1} << refinement); }
   const Candidate& without(std::size_t refinement) const { return variant(refined_ & ~(std::size_t{1} << refinement)); }
   /// Index among free() of the first parameter of a refinement, whether or not the effect has it.
-  std::size_t place(std::size_t refinement) const;
+  std::size_t first_parameter_of(std::size_t refinement) const;
 
   /// Maps that can be estimated if the model states none: those of an effect whose only free parameter is an amplitude
   /// that scales them.
@@ -157,17 +158,17 @@ struct Term {
   std::shared_ptr<const EstimatedMaps> maps = nullptr;
 };
 
-/// Part that can be added to a model or removed from it: a term, or a refinement of one.
-struct ModelTerm {
-  std::size_t term = 0;  ///< among the terms of a state that has this part
+/// Place of a term, or of a refinement of one, in a state: what can be added to a model or removed from it.
+struct TermOrRefinement {
+  std::size_t term = 0;  ///< index among the terms
   std::optional<std::size_t> refinement;
-  bool operator==(const ModelTerm&) const = default;
+  bool operator==(const TermOrRefinement&) const = default;
 };
 
 /// Values of a term, or of its refinement.
-std::span<const double> values_of(const Term& term, const ModelTerm& piece);
+std::span<const double> values_of(const Term& term, const TermOrRefinement& addition);
 /// "wiggling" or "wiggling.amplitude5".
-std::string name_of(const Term& term, const ModelTerm& piece);
+std::string name_of(const Term& term, const TermOrRefinement& addition);
 
 /// A term with one more refinement. @param values of the refinement's parameters
 Term refined(Term term, std::size_t refinement, std::span<const double> values);

@@ -30,22 +30,23 @@ Eigen::VectorXd by_superpixel(const Eigen::VectorXd& rows, Eigen::Index superpix
   return rows.reshaped(superpixels, rows.size() / superpixels).rowwise().sum();
 }
 
-/// Products of held columns and columns that represent one per superpixel, in D^-1: held x columns.
-Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& held, const Eigen::MatrixXd& columns, Eigen::Index n) {
-  Eigen::MatrixXd cross(held.cols(), columns.cols() * n);
-  for (Eigen::Index h = 0; h < held.cols(); ++h) {
+/// Products of projected columns and columns that represent one per superpixel, in D^-1: projected x columns.
+Eigen::MatrixXd spread_cross(const Eigen::MatrixXd& projected, const Eigen::MatrixXd& columns, Eigen::Index n) {
+  Eigen::MatrixXd cross(projected.cols(), columns.cols() * n);
+  for (Eigen::Index h = 0; h < projected.cols(); ++h) {
     for (Eigen::Index c = 0; c < columns.cols(); ++c)
-      cross.row(h).segment(c * n, n) = by_superpixel(held.col(h).cwiseProduct(columns.col(c)), n).transpose();
+      cross.row(h).segment(c * n, n) = by_superpixel(projected.col(h).cwiseProduct(columns.col(c)), n).transpose();
   }
   return cross;
 }
 
-/// Adds the Gram matrix of columns that represent one per superpixel: diagonals, one per pair of columns.
-void add_spread_square(Eigen::MatrixXd& sum, const Eigen::MatrixXd& columns, Eigen::Index n) {
+std::vector<Eigen::VectorXd> spread_diagonals(const Eigen::MatrixXd& columns, Eigen::Index n) {
+  std::vector<Eigen::VectorXd> diagonals;
   for (Eigen::Index a = 0; a < columns.cols(); ++a) {
-    for (Eigen::Index b = 0; b <= a; ++b)
-      sum.block(a * n, b * n, n, n).diagonal() += by_superpixel(columns.col(a).cwiseProduct(columns.col(b)), n);
+    for (Eigen::Index b = 0; b < columns.cols(); ++b)
+      diagonals.push_back(by_superpixel(columns.col(a).cwiseProduct(columns.col(b)), n));
   }
+  return diagonals;
 }
 
 /// Appends a column per superpixel of each map, for one condition only: for all conditions they would be large.
@@ -73,57 +74,65 @@ Eigen::MatrixXd square_of(const Eigen::MatrixXd& columns) {
 
 }  // namespace
 
+void CandidateGram::add_to(Eigen::MatrixXd& sum) const {
+  if (!by_superpixel) {
+    sum += whole;
+    return;
+  }
+  const Eigen::Index n = diagonals.front().size(), count = taken.cols() / n;
+  for (Eigen::Index a = 0; a < count; ++a) {
+    for (Eigen::Index b = 0; b < count; ++b)
+      sum.block(a * n, b * n, n, n).diagonal() += diagonals[static_cast<std::size_t>(a * count + b)];
+  }
+  sum.noalias() -= taken.transpose() * taken;
+}
+
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own) {
   std::vector<SharedColumn> parts;
   for (Eigen::Index c = 0; c < own; ++c) parts.push_back({c, c, 1});
-  const int target = problem.target[condition];
-  if (target >= 0) parts.push_back({own + light_direction, own + target, 1});
-  const auto targets = static_cast<Eigen::Index>(problem.targets.size());
-  for (const Shared& shared : problem.nuisances.of_condition[condition])
-    parts.push_back({own + shared.direction, own + targets + shared.unknown, shared.factor});
+  for (const Shared& shared : problem.unknowns(0).of_condition(condition))
+    parts.push_back({own + shared.direction, own + shared.unknown, shared.factor});
   return parts;
 }
 
-Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
-                     std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
-                     std::size_t condition, std::vector<Eigen::MatrixXd>& information) {
+ConditionGram products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
+                          std::span<const Column> own, std::span<const Column> maps,
+                          std::span<const Group* const> groups, std::size_t condition) {
   const std::size_t count = problem.design.superpixels();
-  const Eigen::MatrixXd held =
+  const Eigen::MatrixXd projected =
       maps.empty() ? weighted_columns(problem, state, rows, own, condition)
                    : weighted_columns(problem, state, rows, with_spread(own, maps, condition, count), condition);
-  Products products{square_of(held), {}};
+  ConditionGram products{square_of(projected), {}, {}};
   const SmoothField* smooth_field = state.nuisances.smooth_field.get();
   const auto superpixels = static_cast<Eigen::Index>(count);
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const Group& group = *groups[g];
-    Eigen::MatrixXd columns = weighted(problem, group.columns, condition, group.first_row);
-    Eigen::MatrixXd there = held.middleRows(static_cast<Eigen::Index>(group.first_row), columns.rows());
-    const bool smooth = smooth_field != nullptr && group.first_row == distance;
+  for (const Group* group : groups) {
+    Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
+    Eigen::MatrixXd there = projected.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
+    const bool smooth = smooth_field != nullptr && group->first_row == distance;
     // For columns by superpixel the whole inverse is applied to the others, so that these stay diagonal.
-    if (smooth) smooth_field->whiten(condition, (group.by_superpixel ? there : columns).topRows(superpixels));
-    auto sum = information[g].selfadjointView<Eigen::Lower>();
-    if (!group.by_superpixel) {
+    if (smooth) smooth_field->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
+    if (!group->by_superpixel) {
       products.cross.emplace_back(there.transpose() * columns);
-      sum.rankUpdate(columns.transpose());
+      products.candidates.push_back({false, square_of(columns), {}, {}});
       continue;
     }
     products.cross.push_back(spread_cross(there, columns, superpixels));
-    add_spread_square(information[g], columns, superpixels);
+    CandidateGram& candidate =
+        products.candidates.emplace_back(CandidateGram{true, {}, spread_diagonals(columns, superpixels), {}});
+    candidate.taken.resize(0, columns.cols() * superpixels);
     if (!smooth) continue;
-    const Eigen::MatrixXd taken =
-        smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
-        spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
-    sum.rankUpdate(taken.transpose(), -1);
+    candidate.taken = smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
+                      spread_cross(smooth_field->modes(condition), columns.topRows(superpixels), superpixels);
   }
   return products;
 }
 
-ConditionGram condition_gram_of(const Products& products, std::span<const SharedColumn> parts,
+ConditionGram condition_gram_of(const ConditionGram& products, std::span<const SharedColumn> parts,
                                 const RandomEffectSd& random_sd) {
-  const Eigen::Index count = products.held.cols() - gram_tail;
+  const Eigen::Index count = products.projected.cols() - gram_tail;
   double log_determinant = 0;
-  const RandomMatrix downdate = downdate_factor(products.held.block<random_directions, random_directions>(count, count),
-                                                random_sd, log_determinant);
+  const RandomMatrix downdate = downdate_factor(
+      products.projected.block<random_directions, random_directions>(count, count), random_sd, log_determinant);
   std::vector<Eigen::Index> kept;
   Eigen::VectorXd factor(static_cast<Eigen::Index>(parts.size() + 1));
   for (const SharedColumn& part : parts) {
@@ -131,14 +140,24 @@ ConditionGram condition_gram_of(const Products& products, std::span<const Shared
     kept.push_back(part.column);
   }
   factor(static_cast<Eigen::Index>(kept.size())) = 1;
-  kept.push_back(products.held.cols() - 1);
-  const Eigen::MatrixXd taken = downdate * products.held.middleRows(count, random_directions);
+  kept.push_back(products.projected.cols() - 1);
+  const Eigen::MatrixXd taken = downdate * products.projected.middleRows(count, random_directions);
   ConditionGram share;
-  const Eigen::MatrixXd marginal = products.held - taken.transpose() * taken;
-  share.held = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
-  for (const Eigen::MatrixXd& cross : products.cross) {
-    Eigen::MatrixXd& there = share.taken.emplace_back(downdate * cross.middleRows(count, random_directions));
+  const Eigen::MatrixXd marginal = products.projected - taken.transpose() * taken;
+  share.projected = factor.asDiagonal() * marginal(kept, kept) * factor.asDiagonal();
+  for (std::size_t g = 0; g < products.candidates.size(); ++g) {
+    const Eigen::MatrixXd& cross = products.cross[g];
+    const Eigen::MatrixXd there = downdate * cross.middleRows(count, random_directions);
     share.cross.push_back(factor.asDiagonal() * Eigen::MatrixXd(cross - taken.transpose() * there)(kept, Eigen::all));
+    CandidateGram candidate = products.candidates[g];
+    if (!candidate.by_superpixel) {
+      candidate.whole.noalias() -= there.transpose() * there;
+    } else {
+      Eigen::MatrixXd all(there.rows() + candidate.taken.rows(), there.cols());
+      all << there, candidate.taken;
+      candidate.taken = std::move(all);
+    }
+    share.candidates.push_back(std::move(candidate));
   }
   return share;
 }

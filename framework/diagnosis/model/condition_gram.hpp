@@ -17,29 +17,34 @@ struct SharedColumn {
 /// Columns of a condition's unknowns: effects, reflectivity of the target, and nuisances shared by conditions.
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own);
 
-/// Products of a condition's columns in D^-1, independent of the variances between conditions. `held`: the effect
-/// columns and the tail.
-struct Products {
-  Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
+/// Gram matrix of a group, columns x columns. For columns by superpixel it is stored as diagonals in D^-1, one per pair
+/// of columns, minus the square of what is projected out.
+struct CandidateGram {
+  bool by_superpixel = false;
+  Eigen::MatrixXd whole;
+  std::vector<Eigen::VectorXd> diagonals;
+  Eigen::MatrixXd taken;  ///< projected out: directions x columns
+
+  Eigen::Index columns() const { return by_superpixel ? taken.cols() : whole.cols(); }
+  void add_to(Eigen::MatrixXd& sum) const;
 };
 
+/// Gram matrix of a condition for candidate columns.
+struct ConditionGram {
+  Eigen::MatrixXd projected;              ///< projected x projected
+  std::vector<Eigen::MatrixXd> cross;     ///< one per group: projected x columns
+  std::vector<CandidateGram> candidates;  ///< one per group, including what a smooth field projects out
+};
+
+/// Gram matrix in D^-1, independent of the variances between conditions; projected: the effect columns and the tail.
 /// @param rows expectation of the model @param own effect columns of all conditions
 /// @param maps columns of maps, each standing for one effect column per superpixel
-/// @param information output: the Gram matrix of each group's columns, to whose lower triangle this condition is added
-Products products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
-                     std::span<const Column> own, std::span<const Column> maps, std::span<const Group* const> groups,
-                     std::size_t condition, std::vector<Eigen::MatrixXd>& information);
+ConditionGram products_of(const Problem& problem, const State& state, const std::vector<double>& rows,
+                          std::span<const Column> own, std::span<const Column> maps,
+                          std::span<const Group* const> groups, std::size_t condition);
 
-/// Products of a condition in C^-1. `held`: the columns of the unknowns, then the residual.
-struct ConditionGram {
-  Eigen::MatrixXd held;                ///< held x held
-  std::vector<Eigen::MatrixXd> cross;  ///< one per group: held x columns
-  /// One per group, random directions x columns: its square is the part of the information in D^-1 that C^-1 lacks.
-  std::vector<Eigen::MatrixXd> taken;
-};
-
-ConditionGram condition_gram_of(const Products& products, std::span<const SharedColumn> parts,
+/// Gram matrix in C^-1; projected: the columns of the unknowns, then the residual. @param products the same in D^-1
+ConditionGram condition_gram_of(const ConditionGram& products, std::span<const SharedColumn> parts,
                                 const RandomEffectSd& random_sd);
 
 }  // namespace tofgraph::diagnosis

@@ -133,7 +133,7 @@ ModelFit descend(const Problem& problem, State start, bool effects, std::span<co
                  double enough = settings.converged) {
   require_enough(problem.data.size(), problem.left_out);
   const bool bends = !problem.light_seen();  // the change by reflectivities depends on the state
-  const Linearisation given = start.linearisation;
+  const Precomputed given = start.precomputed;
   start.log_reflectivity.resize(problem.targets.size(), 0);
   const RandomEffectSd random_sd = start.random_sd;
   ModelFit best =
@@ -157,7 +157,7 @@ ModelFit descend(const Problem& problem, State start, bool effects, std::span<co
     best = std::move(*next);
     if (gain < enough) break;
   }
-  best.state.linearisation = given;
+  best.state.precomputed = given;
   return best;
 }
 
@@ -169,7 +169,7 @@ double ModelFit::bic(std::size_t conditions) const {
     const Candidate& candidate = *term.candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
       if (!candidate.refined(r)) continue;
-      const std::size_t size = candidate.place(r);
+      const std::size_t size = candidate.first_parameter_of(r);
       const FreeParameter& p = candidate.free()[size];
       prior += std::pow((term.values[size] - p.off) / p.typical, 2);
     }
@@ -185,7 +185,7 @@ State with_positive_amplitudes(const Problem& problem, State state) {
     for (std::size_t size = 0; size < free.size(); ++size) {
       if (free[size].nonlinear || free[size].minimum >= 0 || state.terms[t].values[size] >= 0) continue;
       for (std::size_t angle = 0; angle < free.size(); ++angle) {
-        if (!free[angle].nonlinear || !free[angle].is_angle()) continue;
+        if (!free[angle].is_angle()) continue;
         State turned = state;
         std::vector<double>& values = turned.terms[t].values;
         values[size] = -values[size];
@@ -202,7 +202,7 @@ State with_positive_amplitudes(const Problem& problem, State state) {
   return state;
 }
 
-ModelFit linearised(const Problem& problem, ModelFit fit) {
+ModelFit with_jacobian(const Problem& problem, ModelFit fit) {
   fit.jacobian = jacobian(problem, fit.state, expected(problem, fit.state));
   return fit;
 }
@@ -234,10 +234,15 @@ ModelFit fit_roughly(const Problem& problem, State start) {
   return descend(problem, std::move(start), true, {}, settings.roughly_converged);
 }
 
-ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known) {
+ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known) {
   return descend(problem, std::move(start), true, known, settings.roughly_converged);
 }
 
 ModelFit fit_nuisances(const Problem& problem, State start) { return descend(problem, std::move(start), false); }
+
+ModelFit fit_as_written(const Problem& problem, State start) {
+  if (!start.terms.empty()) update_precomputed(problem, start);
+  return fit_nuisances(problem, std::move(start));
+}
 
 }  // namespace tofgraph::diagnosis

@@ -3,7 +3,7 @@
 /// @file Fits the effects of a model to the observations, with the targets' reflectivities and the variances.
 #pragma once
 
-#include "diagnosis/model/linearisation.hpp"
+#include "diagnosis/model/problem.hpp"
 
 #include <limits>
 
@@ -17,7 +17,7 @@ struct ModelFit {
   /// Covariance of all free parameters in the order of the terms, in typical values, followed by reflectivities and
   /// shared unknowns. Taken at the iterate before the last.
   Eigen::MatrixXd covariance;
-  std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see linearised()
+  std::vector<Column> jacobian = {};  ///< at or near the state; empty until computed, see with_jacobian()
 
   /// Bayesian information criterion, with the prior of refinements: normal about off, with one typical value as
   /// standard deviation, as for refinements that a term does not have (see intervals()). A refinement far beyond its
@@ -26,7 +26,7 @@ struct ModelFit {
 };
 
 /// The fit, with the jacobian at its state.
-ModelFit linearised(const Problem& problem, ModelFit fit);
+ModelFit with_jacobian(const Problem& problem, ModelFit fit);
 
 /// Minimises the deviance over all free parameters. @throws simulation::EffectError
 /// @throws std::invalid_argument for too few conditions
@@ -35,12 +35,15 @@ ModelFit fit(const Problem& problem, State start);
 /// Like fit(), with the accuracy that a comparison of models needs.
 ModelFit fit_roughly(const Problem& problem, State start);
 
-/// Like fit_roughly(), for comparing candidates: the derivatives of all terms but the last are taken from a fit without
-/// the last. @param known jacobian() of that fit
-ModelFit fit_last(const Problem& problem, State start, std::span<const Column> known);
+/// Like fit_roughly(), with the derivatives of the first parameters taken from another fit and not updated: all but
+/// those of an added term, or all if a term was removed. @param known these derivatives
+ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known);
 
 /// Like fit() with the effects' parameters held: fits reflectivities and variances only.
 ModelFit fit_nuisances(const Problem& problem, State start);
+
+/// A model as it is written: like fit_nuisances(), with the grid bias of its effects.
+ModelFit fit_as_written(const Problem& problem, State start);
 
 /// Replaces negative amplitudes by their opposites with an angle half a turn further, if both are equivalent.
 State with_positive_amplitudes(const Problem& problem, State state);

@@ -39,12 +39,12 @@ std::vector<Unseen> unseen_refinements(const Problem& problem, const State& stat
       std::vector<double> quarter;
       for (const FreeParameter& p : candidate.refinements()[r].parameters) {
         one.off.push_back(p.off);
-        quarter.push_back(p.nonlinear && p.is_angle() ? p.off + std::numbers::pi / 2 : p.off);
+        quarter.push_back(p.is_angle() ? p.off + std::numbers::pi / 2 : p.off);
       }
       const auto add = [&](const std::vector<double>& values) {
         State open = state;
         open.terms[t] = refined(open.terms[t], r, values);
-        one.columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->place(r)));
+        one.columns.push_back(derivative(problem, open, rows, t, open.terms[t].candidate->first_parameter_of(r)));
       };
       add(one.off);
       if (quarter != one.off) add(quarter);
@@ -69,7 +69,7 @@ void widen(const Problem& problem, const ModelFit& fit, const Unseen& unseen, do
   Term& term = open.terms[unseen.term];
   if (term.maps) return;  // only scale times map is determined
   term = refined(std::move(term), unseen.refinement, unseen.off);
-  const std::size_t place = term.candidate->place(unseen.refinement);
+  const std::size_t place = term.candidate->first_parameter_of(unseen.refinement);
   const ModelFit more = fit_roughly(problem, std::move(open));
   const Term& there = more.state.terms[unseen.term];
   for (std::size_t k = 0; k < fit.state.terms[unseen.term].values.size(); ++k) {
@@ -93,11 +93,9 @@ void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std:
     double most = 0;
     for (std::size_t c = 0; c < one.columns.size(); ++c, ++at)
       most = std::max(most, deviations(whole.values(at), whole.covariance(at, at)));
-    std::size_t first = 0;
-    for (std::size_t t = 0; t < one.term; ++t) first += fit.state.terms[t].values.size();
     if (most <= settings.interval_refinement_sd) continue;
     try {
-      widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first, all);
+      widen(problem, fit, one, std::sqrt(std::max(lack_of_fit, 1.0)), first_parameter(fit.state, one.term), all);
     } catch (const simulation::EffectError&) {  // undefined with this refinement: the linear interval stays
     }
   }
@@ -252,11 +250,6 @@ ParameterStatus parameter_status(const FreeParameter& p, const Interval& interva
     return ParameterStatus::not_determined;
   if (!p.nonlinear && interval.low <= p.off && p.off <= interval.high) return ParameterStatus::consistent_with_zero;
   return ParameterStatus::determined;
-}
-
-std::string_view parameter_status_name(ParameterStatus status) {
-  constexpr std::array<std::string_view, 3> names = {"determined", "holds_zero", "not_determined"};
-  return names.at(static_cast<std::size_t>(status));
 }
 
 std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits) {

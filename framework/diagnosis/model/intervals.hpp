@@ -26,7 +26,7 @@ struct Interval {
 /// per draw. Never narrower than the fit's covariance implies.
 /// @param lack_of_fit chi-square over its expectation; above 1, intervals are wider by its square root
 /// @param refinements assumption about those that a term does not have
-std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit = 1,
+std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
                                 Refinements refinements = Refinements::may_be_there);
 
 // ---- Status of a parameter, and its value with no more digits than the data determine ----
@@ -39,8 +39,6 @@ enum class ParameterStatus {
 
 /// @param variance of the fit, in squared typical values; NaN: unknown, as for maps
 ParameterStatus parameter_status(const FreeParameter& parameter, const Interval& interval, double variance);
-/// Word of the gap report: "determined", "holds_zero" or "not_determined".
-std::string_view parameter_status_name(ParameterStatus status);
 
 /// Value in laboratory units (lengths in mm, times in ms, angles in deg), with two digits of its uncertainty: "4.001 mm
 /// ± 0.020 mm", or "1.00 ms (0.90 ms to 2.00 ms)" if the value is off centre by more than a fifth of the half width.

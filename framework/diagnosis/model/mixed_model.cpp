@@ -185,11 +185,18 @@ std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& 
   return determinants;
 }
 
+std::vector<Shared> Unknowns::of_condition(std::size_t condition) const {
+  std::vector<Shared> all;
+  if (target[condition] >= 0) all.push_back({light_direction, target[condition], 1});
+  if (shared.empty()) return all;
+  for (const Shared& one : shared[condition]) all.push_back({one.direction, targets + one.unknown, one.factor});
+  return all;
+}
+
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
                          const Unknowns& unknowns, std::span<const double> weight) {
   const Eigen::Index p = unknowns.effects, random = p, residual = p + gram_tail - 1, all = unknowns.count();
   NormalEquations sum{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all), 0, 0};
-  std::vector<Shared> shared;
   for (std::size_t i = 0; i < marginals.size(); ++i) {
     const double w = weight.empty() ? 1 : weight[i];
     if (w == 0) continue;
@@ -198,12 +205,7 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
     sum.score.head(p) += w * m.col(residual).head(p);
     sum.square += w * m(residual, residual);
     sum.log_determinant += w * log_determinants[i];
-    shared.clear();
-    if (unknowns.target[i] >= 0) shared.push_back({light_direction, unknowns.target[i], 1});
-    if (!unknowns.shared.empty()) {
-      for (const Shared& one : unknowns.shared[i])
-        shared.push_back({one.direction, unknowns.targets + one.unknown, one.factor});
-    }
+    const std::vector<Shared> shared = unknowns.of_condition(i);
     for (std::size_t one = 0; one < shared.size(); ++one) {
       const Shared& a = shared[one];
       const Eigen::Index at = p + a.unknown;

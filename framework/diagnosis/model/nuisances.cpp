@@ -4,7 +4,7 @@
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/intervals.hpp"
-#include "diagnosis/model/linearisation.hpp"
+#include "diagnosis/model/problem.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>

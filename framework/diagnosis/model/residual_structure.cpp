@@ -140,7 +140,7 @@ std::array<std::size_t, observables> parallel_analysis(const Problem& problem, c
   return rank;
 }
 
-bool practically_equivalent(const Problem& problem, const State& one, const State& other, double limit) {
+bool practically_equivalent(const Problem& problem, const State& one, const State& other) {
   const RandomEffectSd& sd = one.random_sd;
   Column change = difference(expected(problem, other), expected(problem, one));
   double square = 0;
@@ -149,18 +149,19 @@ bool practically_equivalent(const Problem& problem, const State& one, const Stat
     square += std::pow(taken(0) + taken(1), 2) / (sd.jitter * sd.jitter + sd.offset * sd.offset) +
               std::pow(taken(2) / sd.light, 2);
   }
-  return square < limit && max_normalised_rms(problem, change) < 1;
+  return square < settings.tie_limit && max_normalised_rms(problem, change) < 1;
 }
 
-std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const ModelTerm& piece) {
+std::vector<Column> signature(const Problem& problem, const State& without, const State& with,
+                              const TermOrRefinement& addition) {
   State state = without;
-  const Term& term = with.terms[piece.term];
-  const std::span<const double> values = values_of(term, piece);
+  const Term& term = with.terms[addition.term];
+  const std::span<const double> values = values_of(term, addition);
   std::size_t at = state.terms.size(), first = 0;
-  if (piece.refinement) {
-    at = piece.term;
-    state.terms[at] = refined(state.terms[at], *piece.refinement, values);
-    first = state.terms[at].candidate->place(*piece.refinement);
+  if (addition.refinement) {
+    at = addition.term;
+    state.terms[at] = refined(state.terms[at], *addition.refinement, values);
+    first = state.terms[at].candidate->first_parameter_of(*addition.refinement);
   } else {
     state.terms.push_back(term);
   }
@@ -173,12 +174,11 @@ std::vector<Column> signature(const Problem& problem, const State& without, cons
 
 std::vector<double> influence(const Problem& problem, const State& state, std::size_t term) {
   ModelFit without;
-  without.state = state;
-  without.state.terms.erase(without.state.terms.begin() + static_cast<std::ptrdiff_t>(term));
+  without.state = removed(state, {term, {}});
   const auto rows = expected(problem, without.state);
   without.jacobian = jacobian(problem, without.state, rows);
   const Group change{state.terms[term].candidate->name(), {difference(expected(problem, state), rows)}};
-  const Score score = score_of(problem, without, change, 0, 0);
+  const Score score = score_of(problem, without, change);
   if (!(score.gain > 0)) return {};
   const auto conditions = static_cast<Eigen::Index>(problem.data.size());  // rows beyond it: shared random unknowns
   const Eigen::VectorXd shares = score.shares.topRows(conditions) * score.values;

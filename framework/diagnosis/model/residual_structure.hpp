@@ -14,12 +14,13 @@ namespace tofgraph::diagnosis {
 // ---- Contribution of one effect: an extended model compared with the model refitted without it ----
 
 /// True if two models differ by no more than the scatter between conditions, and otherwise by less than the practical
-/// threshold, even where that is significant. @param limit of chi-square for the former
-bool practically_equivalent(const Problem& problem, const State& one, const State& other, double limit);
+/// threshold, even where that is significant.
+bool practically_equivalent(const Problem& problem, const State& one, const State& other);
 
 /// Change by a model term at its values, and its derivatives there: compared with generic patterns.
 /// @param with a state that has the term @throws simulation::EffectError
-std::vector<Column> signature(const Problem& problem, const State& without, const State& with, const ModelTerm& piece);
+std::vector<Column> signature(const Problem& problem, const State& without, const State& with,
+                              const TermOrRefinement& addition);
 
 /// Shares of the conditions in the gain of an effect, sum 1: s_i b / sum(s_j b), with s_i the contribution of a
 /// condition to the score of the effect's change, and b the common amplitude. The other effects and the reflectivities

@@ -6,7 +6,6 @@
 #include "diagnosis/model/condition_gram.hpp"
 
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,11 +14,11 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-constexpr double rounding = 1e-13;      ///< of a sum of products
-constexpr double held_already = 1e-10;  ///< least fraction of a column's information beyond the unknowns
+constexpr double rounding = 1e-13;           ///< of a sum of products
+constexpr double projected_already = 1e-10;  ///< least fraction of a column's information beyond the unknowns
 
-/// Projection on the held unknowns, which is subtracted from everything else.
-struct Held {
+/// Projection on the unknowns, which is subtracted from everything else.
+struct Projection {
   Eigen::LDLT<Eigen::MatrixXd> factors;
   std::vector<std::vector<SharedColumn>> parts;  ///< one per condition
   Eigen::VectorXd fitted;                        ///< estimates of the unknowns from the residual
@@ -27,32 +26,33 @@ struct Held {
   double square = 0;                             ///< remaining chi-square of the residual
 };
 
-Held hold(const std::vector<ConditionGram>& shares, const Problem& problem, std::size_t own,
-          const RandomEffectSd& random_sd) {
+Projection projection_of(const std::vector<ConditionGram>& shares, const Problem& problem, std::size_t own,
+                         const RandomEffectSd& random_sd) {
   const Unknowns unknowns = problem.unknowns(own);
   Eigen::MatrixXd sum = unknowns.prior(random_sd).asDiagonal();
   Eigen::VectorXd score = Eigen::VectorXd::Zero(unknowns.count());
-  Held held;
+  Projection projection;
   for (std::size_t i = 0; i < shares.size(); ++i) {
-    const std::vector<SharedColumn>& parts = held.parts.emplace_back(shared_columns_of(problem, i, unknowns.effects));
-    const Eigen::MatrixXd& block = shares[i].held;
+    const std::vector<SharedColumn>& parts =
+        projection.parts.emplace_back(shared_columns_of(problem, i, unknowns.effects));
+    const Eigen::MatrixXd& block = shares[i].projected;
     const Eigen::Index residual = block.cols() - 1;
-    held.square += block(residual, residual);
+    projection.square += block(residual, residual);
     for (Eigen::Index a = 0; a < residual; ++a) {
       const Eigen::Index to = parts[static_cast<std::size_t>(a)].unknown;
       score(to) += block(a, residual);
       for (Eigen::Index b = 0; b < residual; ++b) sum(to, parts[static_cast<std::size_t>(b)].unknown) += block(a, b);
     }
   }
-  held.factors.compute(sum);
-  held.fitted = unknowns.count() > 0 ? Eigen::VectorXd(held.factors.solve(score)) : Eigen::VectorXd(0);
-  held.square -= held.fitted.dot(score);
+  projection.factors.compute(sum);
+  projection.fitted = unknowns.count() > 0 ? Eigen::VectorXd(projection.factors.solve(score)) : Eigen::VectorXd(0);
+  projection.square -= projection.fitted.dot(score);
   const auto shared = static_cast<Eigen::Index>(unknowns.sd.size());
-  held.pulled = unknowns.prior(random_sd).tail(shared).cwiseProduct(held.fitted.tail(shared));
-  return held;
+  projection.pulled = unknowns.prior(random_sd).tail(shared).cwiseProduct(projection.fitted.tail(shared));
+  return projection;
 }
 
-/// Scores of a group's columns, held unknowns projected out: one row per condition, and one per shared random unknown,
+/// Scores of a group's columns, unknowns projected out: one row per condition, and one per shared random unknown,
 /// whose sign is as random as that of a condition.
 struct Projected {
   Eigen::MatrixXd scores;       ///< (conditions and shared unknowns) x columns
@@ -67,44 +67,40 @@ std::vector<Eigen::Index> units_of(const Problem& problem, const State& state) {
   return units;
 }
 
-/// @param information of the group in D^-1
-Projected project(const std::vector<ConditionGram>& shares, const Held& held, std::size_t group,
-                  const Eigen::MatrixXd& information) {
-  const Eigen::Index columns = information.cols(), unknowns = held.fitted.size();
+Projected project(const std::vector<ConditionGram>& shares, const Projection& projection, std::size_t group) {
+  const Eigen::Index columns = shares.front().candidates[group].columns(), unknowns = projection.fitted.size();
   Eigen::MatrixXd cross = Eigen::MatrixXd::Zero(unknowns, columns);
-  Eigen::MatrixXd random(random_directions * static_cast<Eigen::Index>(shares.size()), columns);
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    random.middleRows(random_directions * static_cast<Eigen::Index>(i), random_directions) = shares[i].taken[group];
-    for (std::size_t a = 0; a < held.parts[i].size(); ++a)
-      cross.row(held.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
-  }
   Projected result;
-  result.information = information;
-  result.information.selfadjointView<Eigen::Lower>().rankUpdate(random.transpose(), -1);
-  result.information.triangularView<Eigen::StrictlyUpper>() = result.information.transpose();
-  const Eigen::MatrixXd taken = unknowns > 0 ? Eigen::MatrixXd(held.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
+  result.information = Eigen::MatrixXd::Zero(columns, columns);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    shares[i].candidates[group].add_to(result.information);
+    for (std::size_t a = 0; a < projection.parts[i].size(); ++a)
+      cross.row(projection.parts[i][a].unknown) += shares[i].cross[group].row(static_cast<Eigen::Index>(a));
+  }
+  const Eigen::MatrixXd taken =
+      unknowns > 0 ? Eigen::MatrixXd(projection.factors.solve(cross)) : Eigen::MatrixXd(0, columns);
   const Eigen::VectorXd before = result.information.diagonal();
   result.information -= cross.transpose() * taken;
-  const Eigen::Index shared = held.pulled.size();
+  const Eigen::Index shared = projection.pulled.size();
   result.scores.resize(static_cast<Eigen::Index>(shares.size()) + shared, columns);
-  result.scores.bottomRows(shared) = held.pulled.asDiagonal() * taken.bottomRows(shared);
+  result.scores.bottomRows(shared) = projection.pulled.asDiagonal() * taken.bottomRows(shared);
   for (std::size_t i = 0; i < shares.size(); ++i) {
     const ConditionGram& share = shares[i];
-    const Eigen::Index residual = share.held.cols() - 1;
-    // Remaining residual in the products with this condition's held columns and with the candidate columns.
-    Eigen::VectorXd left = share.held.col(residual).head(residual);
+    const Eigen::Index residual = share.projected.cols() - 1;
+    // Remaining residual in the products with this condition's projected columns and with the candidate columns.
+    Eigen::VectorXd left = share.projected.col(residual).head(residual);
     Eigen::VectorXd score = share.cross[group].row(residual).transpose();
     for (Eigen::Index a = 0; a < residual; ++a) {
-      const Eigen::Index at = held.parts[i][static_cast<std::size_t>(a)].unknown;
-      left -= held.fitted(at) * share.held.col(a).head(residual);
-      score -= held.fitted(at) * share.cross[group].row(a).transpose();
+      const Eigen::Index at = projection.parts[i][static_cast<std::size_t>(a)].unknown;
+      left -= projection.fitted(at) * share.projected.col(a).head(residual);
+      score -= projection.fitted(at) * share.cross[group].row(a).transpose();
     }
     for (Eigen::Index a = 0; a < residual; ++a)
-      score -= left(a) * taken.row(held.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
+      score -= left(a) * taken.row(projection.parts[i][static_cast<std::size_t>(a)].unknown).transpose();
     result.scores.row(static_cast<Eigen::Index>(i)) = score.transpose();
   }
   for (Eigen::Index c = 0; c < columns; ++c) {  // e.g. a uniform intensity, which equals the contrast
-    if (result.information(c, c) > held_already * before(c)) continue;
+    if (result.information(c, c) > projected_already * before(c)) continue;
     result.information.row(c).setZero();
     result.information.col(c).setZero();
     result.scores.col(c).setZero();
@@ -157,11 +153,10 @@ Whitened whiten(const Projected& projected, Score& score) {
   return result;
 }
 
-std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units, std::size_t draws,
-                                          std::uint64_t seed) {
+std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   Eigen::VectorXd of_units(1 + std::ranges::max(units));
-  std::vector<Eigen::VectorXd> signs(draws);
+  std::vector<Eigen::VectorXd> signs(settings.sign_flips);
   for (Eigen::VectorXd& s : signs) {
     for (double& sign : of_units) sign = (generator() & 1U) != 0 ? 1 : -1;
     s = of_units(units);
@@ -169,10 +164,11 @@ std::vector<Eigen::VectorXd> random_signs(const std::vector<Eigen::Index>& units
   return signs;
 }
 
-void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::size_t draws, std::uint64_t seed) {
+void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::uint64_t seed) {
+  constexpr std::size_t draws = settings.sign_flips;
   const std::size_t n = groups.size();
   std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
-  const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, draws, seed);
+  const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, seed);
   // Groups of different size are compared by their excess over the expectation for noise.
   const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
@@ -193,12 +189,13 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
 }  // namespace
 
 bool significant(const Score& score) {
-  return score.p_value < settings.significance || (score.effective_sample_size < settings.min_effective_sample_size &&
-                                                   score.gain - score.dimension > settings.certain_gain * score.stays);
+  return score.p_value < settings.significance ||
+         (score.effective_sample_size < settings.min_effective_sample_size &&
+          score.gain - score.dimension > settings.certain_gain * score.run_length);
 }
 
 double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
-                 std::size_t flips, std::uint64_t seed) {
+                 std::uint64_t seed) {
   struct Flipped {
     Whitened whitened;
     double dimension = 0;
@@ -210,14 +207,14 @@ double chance_of(const Score& one, const Score& score, std::span<const std::vect
     all.push_back({std::move(whitened), scored.dimension});
   }
   const double seen = std::sqrt(one.gain) - std::sqrt(one.dimension);
-  const std::vector<Eigen::VectorXd> signs = random_signs(score.units, flips, seed);
-  std::vector<std::uint8_t> as_much(flips, 0);
-  tbb::parallel_for(std::size_t{0}, flips, [&](std::size_t d) {
+  const std::vector<Eigen::VectorXd> signs = random_signs(score.units, seed);
+  std::vector<std::uint8_t> as_much(signs.size(), 0);
+  tbb::parallel_for(std::size_t{0}, signs.size(), [&](std::size_t d) {
     as_much[d] = std::ranges::any_of(all, [&](const Flipped& group) {
       return group.whitened.statistic(signs[d]) - std::sqrt(group.dimension) >= seen;
     });
   });
-  return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(flips + 1);
+  return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(signs.size() + 1);
 }
 
 Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups,
@@ -229,67 +226,50 @@ Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Gr
       units_(units_of(problem, fit.state)),
       products_(problem.data.size()) {
   const auto rows = expected(problem, fit.state);
-  using Sums = std::vector<Eigen::MatrixXd>;
-  Sums none;
-  for (const Group* group : groups) {
-    const auto columns =
-        static_cast<Eigen::Index>(group->columns.size() * (group->by_superpixel ? problem.design.superpixels() : 1));
-    none.emplace_back(Eigen::MatrixXd::Zero(columns, columns));
-  }
-  constexpr std::size_t grain = 16;  // conditions per sum
-  information_ = tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, rows.size(), grain), none,
-      [&](const tbb::blocked_range<std::size_t>& some, Sums sums) {
-        for (std::size_t i = some.begin(); i < some.end(); ++i)
-          products_[i] = products_of(problem, fit.state, rows[i], fit.jacobian, maps, groups, i, sums);
-        return sums;
-      },
-      [](Sums one, const Sums& other) {
-        for (std::size_t g = 0; g < one.size(); ++g) one[g] += other[g];
-        return one;
-      });
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    products_[i] = products_of(problem, fit.state, rows[i], fit.jacobian, maps, groups, i);
+  });
 }
 
 Scanner::~Scanner() = default;
 
-Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::size_t flips, std::uint64_t seed) const {
+Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::optional<std::uint64_t> seed) const {
   std::vector<ConditionGram> shares(products_.size());
   tbb::parallel_for(std::size_t{0}, shares.size(), [&](std::size_t i) {
     shares[i] =
         condition_gram_of(products_[i], shared_columns_of(problem_, i, static_cast<Eigen::Index>(own_)), random_sd);
   });
-  const Held held = hold(shares, problem_, own_, random_sd);
+  const Projection projection = projection_of(shares, problem_, own_, random_sd);
   Scan result;
-  result.square = held.square;
+  result.square = projection.square;
   for (const Observations& data : problem_.data)
     result.freedom +=
         static_cast<double>(std::ranges::count_if(data.variance, [](double v) { return std::isfinite(v); }));
   result.freedom -= dimension + static_cast<double>(problem_.targets.size());
   result.scores.resize(groups_);
   std::vector<Whitened> whitened(groups_);
-  for (Score& score : result.scores) score.units = units_, score.stays = run_length_;
-  tbb::parallel_for(std::size_t{0}, groups_, [&](std::size_t g) {
-    whitened[g] = whiten(project(shares, held, g, information_[g]), result.scores[g]);
-  });
-  if (flips > 0 && groups_ > 0) flip(whitened, result.scores, flips, seed);
+  for (Score& score : result.scores) score.units = units_, score.run_length = run_length_;
+  tbb::parallel_for(std::size_t{0}, groups_,
+                    [&](std::size_t g) { whitened[g] = whiten(project(shares, projection, g), result.scores[g]); });
+  if (seed && groups_ > 0) flip(whitened, result.scores, *seed);
   return result;
 }
 
-Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups, std::size_t flips,
-          std::uint64_t seed) {
-  return Scanner(problem, fit, groups).scan(fit.state.random_sd, fit.dimension, flips, seed);
+Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups,
+          std::optional<std::uint64_t> seed) {
+  return Scanner(problem, fit, groups).scan(fit.state.random_sd, fit.dimension, seed);
 }
 
 double lack_of_fit(const Problem& problem, const ModelFit& fit) {
-  const Scan rest = scan(problem, fit, {}, 0, 0);
+  const Scan rest = scan(problem, fit, {});
   return rest.square / rest.freedom;
 }
 
-Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::size_t flips, std::uint64_t seed,
+Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::optional<std::uint64_t> seed,
                std::span<const Column> maps) {
   const Group* const only = &group;
   const Scanner scanner(problem, fit, std::span(&only, 1), maps);
-  return scanner.scan(fit.state.random_sd, fit.dimension, flips, seed).scores[0];
+  return scanner.scan(fit.state.random_sd, fit.dimension, seed).scores[0];
 }
 
 double false_discovery_limit(std::vector<double> p_values, double q) {

@@ -9,6 +9,7 @@
 #include "diagnosis/model/fit.hpp"
 
 #include <cstdint>
+#include <optional>
 
 namespace tofgraph::diagnosis {
 
@@ -27,7 +28,7 @@ struct Score {
   double dimension = 0;              ///< number of columns that the data determine
   double p_value = 1;                ///< of the largest score of all groups, by sign flips of whole conditions
   double own_p_value = 1;            ///< of this group alone, to control the false discovery rate
-  double stays = 1;                  ///< conditions per run, which flip together: common parts count once
+  double run_length = 1;             ///< conditions per run, which flip together: common parts count once
   double effective_sample_size = 0;  ///< units that carry the gain; if few, flips cannot prove significance
   Eigen::VectorXd values;            ///< of the columns
   Eigen::MatrixXd information;       ///< of the columns, nuisances projected out
@@ -40,9 +41,9 @@ struct Score {
 bool significant(const Score& score);
 
 /// p-value of a gain: frequency with which the best of many groups gains as much under sign flips of whole conditions.
-/// @param score of the columns of all groups @param groups indices of each group's columns
+/// @param score of the columns of all groups @param groups indices of each group's columns @param seed of the flips
 double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
-                 std::size_t flips, std::uint64_t seed);
+                 std::uint64_t seed);
 
 struct Scan {
   std::vector<Score> scores;  ///< one per group
@@ -50,7 +51,7 @@ struct Scan {
   double freedom = 0;         ///< its expectation for noise alone
 };
 
-struct Products;
+struct ConditionGram;
 
 /// Scores of the same columns at several variances between conditions; parts independent of them are computed once.
 class Scanner {
@@ -63,29 +64,26 @@ class Scanner {
   Scanner(const Scanner&) = delete;
   Scanner& operator=(const Scanner&) = delete;
 
-  /// @param dimension of the state's fit @param flips number of draws; 0: no p-values
-  Scan scan(const RandomEffectSd& random_sd, double dimension, std::size_t flips, std::uint64_t seed) const;
+  /// @param dimension of the state's fit @param seed of the sign flips; nullopt: no p-values
+  Scan scan(const RandomEffectSd& random_sd, double dimension, std::optional<std::uint64_t> seed = {}) const;
 
  private:
   const Problem& problem_;
   std::size_t own_, groups_;
   double run_length_;
-  std::vector<Eigen::Index> units_;  ///< of sign flips: of each condition, then of each shared random unknown
-  std::vector<Products> products_;   ///< one per condition
-  /// Gram matrices of the groups' columns, summed over the conditions before the random directions are projected out:
-  /// matrices of single conditions would dominate the memory of a search.
-  std::vector<Eigen::MatrixXd> information_;
+  std::vector<Eigen::Index> units_;      ///< of sign flips: of each condition, then of each shared random unknown
+  std::vector<ConditionGram> products_;  ///< one per condition, see products_of()
 };
 
-/// Scores at the fit's own variances, its jacobian projected out. @param flips number of draws; 0: no p-values
-Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups, std::size_t flips,
-          std::uint64_t seed);
+/// Scores at the fit's own variances, its jacobian projected out. @param seed of the sign flips; nullopt: no p-values
+Scan scan(const Problem& problem, const ModelFit& fit, std::span<const Group* const> groups,
+          std::optional<std::uint64_t> seed = {});
 
 /// Chi-square of a fit's residuals over its expectation, the jacobian projected out.
 double lack_of_fit(const Problem& problem, const ModelFit& fit);
 
-/// Score of one group. @param maps see Scanner
-Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::size_t flips, std::uint64_t seed,
+/// Score of one group. @param seed see scan() @param maps see Scanner
+Score score_of(const Problem& problem, const ModelFit& fit, const Group& group, std::optional<std::uint64_t> seed = {},
                std::span<const Column> maps = {});
 
 /// Largest rejected p-value of Benjamini and Hochberg's procedure at the rate q; 0 if nothing is rejected.

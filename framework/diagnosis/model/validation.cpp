@@ -29,6 +29,14 @@ template <class F> void for_each_known(const Problem& problem, std::size_t obser
   }
 }
 
+/// Change of a row by one standard deviation of each nuisance of its condition: board, camera, light.
+Eigen::Vector3d common(const Model& model, std::size_t i, std::size_t row) {
+  const RandomEffectSd& sd = model.state.random_sd;
+  return {sd.jitter * model.state.jitter_response(model.problem, i, row),
+          sd.offset * model.problem.offset_response(i, row),
+          sd.light * model.state.light_response(model.problem, i, row)};
+}
+
 }  // namespace
 
 double gap(const Problem& problem, const State& state, std::size_t observable) {
@@ -118,9 +126,7 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
     const double smooth_field = o == distance && state.nuisances.smooth_field ? state.nuisances.smooth_field->sd() : 0;
     double sum = 0, count = 0;
     for_each_known(problem, o, [&](std::size_t i, std::size_t, std::size_t row) {
-      const Eigen::Vector3d along(sd.jitter * state.jitter_response(problem, i, row),
-                                  sd.offset * problem.offset_response(i, row),
-                                  sd.light * state.light_response(problem, i, row));
+      const Eigen::Vector3d along = common({problem, state}, i, row);
       const auto& [value, open] = own[i];
       const double scale = problem.shown_scale(o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
       sum += scale * scale *
@@ -144,14 +150,6 @@ double noise_and_scatter(const Problem& problem, double scatter, bool frames, st
 
 namespace {
 
-/// Change of a row by one standard deviation of each nuisance of its condition: board, camera, light.
-std::array<double, random_directions> common(const Model& model, std::size_t i, std::size_t row) {
-  const RandomEffectSd& sd = model.state.random_sd;
-  return {sd.jitter * model.state.jitter_response(model.problem, i, row),
-          sd.offset * model.problem.offset_response(i, row),
-          sd.light * model.state.light_response(model.problem, i, row)};
-}
-
 /// Variance of a single superpixel, including a smooth field, which is new in each condition.
 double own_variance(const Model& model, std::size_t observable, std::size_t i, std::size_t row) {
   const double smooth_field =
@@ -159,7 +157,7 @@ double own_variance(const Model& model, std::size_t observable, std::size_t i, s
   return model.problem.data[i].variance[row] + smooth_field * smooth_field;
 }
 
-double square(const std::array<double, random_directions>& parts) {
+double square(const Eigen::Vector3d& parts) {
   double sum = 0;
   for (const double part : parts) sum += part * part;
   return sum;
@@ -175,7 +173,7 @@ Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& ex
   const bool of_light = observable == amplitude || observable == intensity;
   const double light = of_light && target >= 0 ? model.state.log_reflectivity[static_cast<std::size_t>(target)] : 0;
   Evidence::Mean mean;
-  std::array<double, random_directions> shared{};
+  Eigen::Vector3d shared = Eigen::Vector3d::Zero();
   double count = 0, noise = 0;
   for (std::size_t row = observable * n; row < (observable + 1) * n; ++row) {
     const double variance = own_variance(model, observable, i, row);
@@ -185,8 +183,7 @@ Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& ex
     mean.simulated += scale * (simulated[i][row] - light);
     mean.extended += scale * (extended[i][row] - light);
     noise += scale * scale * variance;
-    const auto parts = common(model, i, row);
-    for (std::size_t k = 0; k < parts.size(); ++k) shared[k] += scale * parts[k];
+    shared += scale * common(model, i, row);
     ++count;
   }
   if (count == 0) return {NAN, NAN, NAN, NAN};

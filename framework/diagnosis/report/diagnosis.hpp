@@ -77,11 +77,11 @@ struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN for observables without data
-  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next two
-  std::vector<std::string> notes_on_found, notes_on_nuisances;
+  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next three
+  std::vector<std::string> notes_on_found, notes_on_nuisances, notes_on_dropped;
   Audit audit;
   SearchResult search;
-  State as_it_was;                  ///< the given model, with fitted reflectivities
+  State given_as_written;           ///< the given model with its parameters, reflectivities and variances fitted
   std::vector<NextCondition> next;  ///< conditions to measure, most informative first; ties before blind effects
   std::vector<InputFile> inputs;
   Origin origin;
@@ -97,7 +97,7 @@ struct Diagnosis {
   std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
   std::unique_ptr<GivenModel> given;
-  std::vector<Term> model_terms;                       ///< of the given model
+  std::vector<Term> given_terms;                       ///< of the given model
   std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
 };
 

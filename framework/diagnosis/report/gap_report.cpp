@@ -48,7 +48,7 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
 
 /// Effect on the held-out gap, with a remark if few folds determine it.
 std::string fall_text(const Diagnosis& d, std::size_t t) {
-  const HeldOutImprovement& improvement = d.search.found[t - d.model_terms.size()].improvement;
+  const HeldOutImprovement& improvement = d.search.found[t - d.given_terms.size()].improvement;
   const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
   std::string text = fmt::format("{} → {}", gap(improvement.median_taken_out), gap(improvement.median_with));
   if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds)
@@ -170,19 +170,11 @@ void add_verdict(report::Page& page, const ReportData& data) {
   add_gaps(page, d);
 }
 
-/// Adds all notes except those below the verdict.
+/// Adds all notes except those of other sections.
 void add_notes(report::Page& page, const ReportData& data) {
   std::vector<std::string> notes = data.d.notes;
-  const auto above = [&](const std::string& note) {
-    return std::ranges::find(data.d.notes_on_found, note) != data.d.notes_on_found.end() ||
-           std::ranges::find(data.d.notes_on_nuisances, note) != data.d.notes_on_nuisances.end();
-  };
-  std::erase_if(notes, [&](const std::string& note) {
-    const bool tried = std::ranges::any_of(data.d.search.dropped, [&](const EffectFinding& one) {
-      return note.starts_with(one.name + " was tried and is not named");
-    });
-    return tried || above(note);
-  });
+  for (const auto* others : {&data.d.notes_on_found, &data.d.notes_on_nuisances, &data.d.notes_on_dropped})
+    std::erase_if(notes, [&](const auto& note) { return std::ranges::find(*others, note) != others->end(); });
   if (notes.empty()) return;
   page.heading("Notes");
   page.list(notes);
@@ -194,11 +186,11 @@ ReportData::ReportData(const Diagnosis& diagnosis)
     : d(diagnosis),
       design(*diagnosis.measurements.design),
       problem(make_problem(design, diagnosis.measurements.observations)) {
-  State as_it_was = d.as_it_was;
-  if (!as_it_was.terms.empty()) update_grid_bias(problem, as_it_was);
+  State given_as_written = d.given_as_written;
+  if (!given_as_written.terms.empty()) update_precomputed(problem, given_as_written);
   for (std::size_t o = 0; o < observables; ++o) {
     if (std::isfinite(d.gaps[o].before))
-      evidence.emplace(o, diagnosis::evidence({problem, as_it_was}, {problem, d.search.after.state}, o));
+      evidence.emplace(o, diagnosis::evidence({problem, given_as_written}, {problem, d.search.after.state}, o));
   }
 }
 

@@ -113,7 +113,7 @@ std::string deviance_text(double deviance) {
 /// Chart over the distance of the difference between a rival's model and the extended model.
 std::string distance_chart(const ReportData& data, const Rival& rival) {
   const State& extended = data.d.search.after.state;
-  const State other = beside(extended, rival.state);
+  const State other = comparable_with(extended, rival.state);
   const Column change = difference(expected(data.problem, other), expected(data.problem, extended));
   const auto sigma = differences_in_sigma(data.problem, {{}, extended, other, {}});
   report::Series points{"", report::Series::Style::points, {}, report::of_neither};
@@ -203,7 +203,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
     std::size_t worse = 0;
     for (const Rival& rival : e.rivals) {
       if (!rival.does_as_much() && ++worse > most) continue;
-      if (!rival.is_told_at(e.name)) continue;
+      if (!rival.is_listed_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),
                       deviance_text(rival.deviance), compared(rival)});
       if (rival.tied || (!rival.does_as_much() && worse == 1)) pictures.push_back(distance_chart(data, rival));

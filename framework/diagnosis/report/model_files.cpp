@@ -30,7 +30,7 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
   for (const EffectFinding& found : d.search.found) {
     if (found.name != term.candidate->name()) continue;
     for (const Rival& rival : found.rivals) {
-      if (!rival.tied || !rival.is_told_at(found.name)) continue;
+      if (!rival.tied || !rival.is_listed_at(found.name)) continue;
       const auto other = std::ranges::find(rival.state.terms, rival.candidate->name(),
                                            [](const Term& t) { return t.candidate->name(); });
       if (other == rival.state.terms.end()) continue;

@@ -95,7 +95,7 @@ std::string separating_experiment(const Candidate& found, const Rival& rival) {
 
 void sort_ties(std::vector<Rival>& rivals) {
   std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
-    return std::tuple(!one.tied, one.tied && one.untold, one.tied ? one.candidate->free().size() : 0);
+    return std::tuple(!one.tied, one.tied && one.undetermined, one.tied ? one.candidate->free().size() : 0);
   });
 }
 
@@ -109,7 +109,7 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
       if (!rival.tied) continue;
       const std::string experiment = separating_experiment(*found.candidate, rival);
       if (!rival.of_several()) tied[experiment].push_back(rival.candidate->name());
-      if (rival.of_several() && rival.is_told_at(found.name))
+      if (rival.of_several() && rival.is_listed_at(found.name))
         notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
                                 rival.candidate->name(), experiment));
     }

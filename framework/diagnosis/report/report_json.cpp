@@ -7,12 +7,17 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <string_view>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 using nlohmann::json;
+
+/// Words for ParameterStatus, in its order.
+constexpr std::array<std::string_view, 3> parameter_status_names = {"determined", "holds_zero", "not_determined"};
 
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
@@ -36,7 +41,7 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
                           {"unit", p.unit},
                           {"low", number(p.interval.low)},
                           {"high", number(p.interval.high)},
-                          {"standing", parameter_status_name(p.status)}};
+                          {"standing", parameter_status_names.at(static_cast<std::size_t>(p.status))}};
   json result = {{"name", effect.name},   {"change", effect.change},  {"tied_with", effect.tied_with},
                  {"where", effect.where}, {"parameters", parameters}, {"fixed", json::object()}};
   for (const ParameterResult& p : effect.fixed) result["fixed"][p.name] = {{"value", p.value}, {"unit", p.unit}};

@@ -46,10 +46,10 @@ std::string shrunk(const Diagnosis& d) {
 /// Changed values of the model's own effects: "wiggling amplitude 6 mm -> 4 mm".
 std::string refitted(const Diagnosis& d) {
   std::vector<std::string> changes;
-  for (std::size_t t = 0; t < d.model_terms.size() && t < d.effects.size(); ++t) {
+  for (std::size_t t = 0; t < d.given_terms.size() && t < d.effects.size(); ++t) {
     for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
       const ParameterResult& p = d.effects[t].parameters[k];
-      const std::vector<double>& written = d.model_terms[t].values;  // without added refinements, which come last
+      const std::vector<double>& written = d.given_terms[t].values;  // without added refinements, which come last
       const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
@@ -76,9 +76,10 @@ std::string agreement(const Diagnosis& d) {
 }
 
 /// Clause on an effect that fits, but with undetermined values: "warm_up fits, but ..."; else "".
-std::string untold(const Diagnosis& d) {
+std::string undetermined_text(const Diagnosis& d) {
   const std::vector<EffectFinding>& dropped = d.search.dropped;
-  const auto fits = std::ranges::find_if(dropped, [](const EffectFinding& one) { return one.untold.has_value(); });
+  const auto fits =
+      std::ranges::find_if(dropped, [](const EffectFinding& one) { return one.undetermined.has_value(); });
   if (fits == dropped.end()) return "";
   const std::string& experiment = fits->candidate->border().experiment;
   return fmt::format("no effect is named: {} fits, but {}{}", fits->name, fits->refutation,
@@ -88,7 +89,7 @@ std::string untold(const Diagnosis& d) {
 /// Size of the gap and largest unexplained pattern, for results without a named effect.
 std::string not_known(const Diagnosis& d) {
   const Gap& gap = d.gaps[distance];
-  const std::string fits = untold(d);
+  const std::string fits = undetermined_text(d);
   std::string text = fmt::format("Measurement and simulation differ, and {}. The distance gap is {}",
                                  fits.empty() ? "no known effect explains the difference" : fits,
                                  shown_gap(gap.before, gap, distance));
@@ -105,12 +106,12 @@ std::string not_known(const Diagnosis& d) {
 /// "warm_up of unknown time_constant" if the conditions do not determine a parameter of the rival; else its name.
 std::string text_of(const Rival& rival) {
   std::string name = rival.candidate->name();
-  if (!rival.untold) return name;
+  if (!rival.undetermined) return name;
   const auto is_it = [&](const Term& term) { return &term.candidate->root() == rival.candidate; };
   const auto term = std::ranges::find_if(rival.state.terms, is_it);
   return term == rival.state.terms.end()
              ? name
-             : fmt::format("{} of unknown {}", name, term->candidate->free()[*rival.untold].name);
+             : fmt::format("{} of unknown {}", name, term->candidate->free()[*rival.undetermined].name);
 }
 
 /// Measurement that decides the first tie, "To tell zero_offset from warm_up, measure a board at 0.56 m"; "": no tie.
@@ -137,7 +138,7 @@ std::string with_ties(const EffectResult& effect) {
     if (!rival.tied) continue;
     if (!rival.of_several())
       own.push_back(text_of(rival));
-    else if (rival.is_told_at(effect.name))
+    else if (rival.is_listed_at(effect.name))
       together = fmt::format("{} (or {})", fmt::join(rival.in_place_of, " with "), text_of(rival));
     else
       reported = true;

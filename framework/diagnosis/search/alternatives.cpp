@@ -69,7 +69,7 @@ class Builder {
   }
 
   /// Adds refinements that a term of the state lacks. Those that fail are left out.
-  void refine(std::size_t t, std::size_t& effect) {
+  void add_refinements_of(std::size_t t, std::size_t& effect) {
     const Candidate& candidate = *state_.terms[t].candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
       if (candidate.refined(r)) continue;
@@ -84,7 +84,8 @@ class Builder {
           };
           Block one = block(parameters, values, there, rows_);
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
-          result_.list.push_back({&candidate.with(r), ModelTerm{t, r}, std::move(one.values), std::move(one.parts)});
+          result_.list.push_back(
+              {&candidate.with(r), TermOrRefinement{t, r}, std::move(one.values), std::move(one.parts)});
         }
       } catch (const simulation::EffectError&) {
         result_.group.columns.resize(before);
@@ -151,11 +152,11 @@ class Builder {
       Choice choice{effect, root.columns, 0};
       for (std::size_t r = 0; r < refinements.size(); ++r) {
         if ((bits >> r & 1U) == 0) continue;
-        const std::size_t at = one.candidate->place(r);
+        const std::size_t at = one.candidate->first_parameter_of(r);
         one.candidate = &one.candidate->with(r);
         one.values.insert(one.values.end(), refinements[r].values.begin(), refinements[r].values.end());
         for (Alternative::Amplitude part : refinements[r].parts) {
-          part.size += at;
+          part.amplitude += at;
           if (part.angle) *part.angle += at;
           one.parts.push_back(part);
         }
@@ -234,8 +235,8 @@ State Alternative::placed(State state, std::span<const double> columns) const {
       chosen[*part.angle] = std::clamp(angle - turn * std::floor((angle - p.minimum) / turn), p.minimum, p.maximum);
       length = std::hypot(length, quarter);
     }
-    const FreeParameter& size = parameters()[part.size];
-    chosen[part.size] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
+    const FreeParameter& size = parameters()[part.amplitude];
+    chosen[part.amplitude] = std::clamp(size.off + length * part.step, size.minimum, size.maximum);
   }
   if (refines)
     state.terms[refines->term] = refined(state.terms[refines->term], *refines->refinement, chosen);
@@ -271,12 +272,12 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
   return all;
 }
 
-Alternatives alternatives_beside(const Problem& problem, const State& state, const Alternatives& some,
-                                 std::span<const Candidate* const> but) {
+Alternatives alternatives_missing_in(const Problem& problem, const State& state, const Alternatives& some,
+                                     std::span<const Candidate* const> but) {
   Builder builder(problem, state);
   std::size_t effect = 0;
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
-  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.refine(t, effect);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.add_refinements_of(t, effect);
   Alternatives result = builder.result();
   std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {

@@ -11,13 +11,12 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Basis of the determined part of a block, orthonormal in the metric of the information. Sets norm and rank.
+/// Basis of the determined part of a block, orthonormal in the metric of the information. Sets the norm.
 Eigen::MatrixXd frame(const Eigen::MatrixXd& block, Visibility& seen) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(block);
   const Eigen::ArrayXd values = solver.eigenvalues().array().max(0).sqrt();
   seen.norm = values.maxCoeff();
-  seen.rank = static_cast<std::size_t>((values > settings.determined_above).count());
-  const auto kept = static_cast<Eigen::Index>(seen.rank);
+  const Eigen::Index kept = (values > settings.determined_above).count();
   return solver.eigenvectors().rightCols(kept) * values.tail(kept).inverse().matrix().asDiagonal();
 }
 
@@ -36,7 +35,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   for (const auto& candidate : candidates) {
     if (is_in(fit.state, *candidate) || probes.refused.contains(candidate->name())) continue;
     if (!candidate->maps().empty() && problem.design.superpixels() > 1) continue;  // each pixel of a board shows it
-    result.effects.push_back({candidate.get(), 0, 0, std::numeric_limits<double>::infinity(), true});
+    result.effects.push_back({candidate.get(), 0, std::numeric_limits<double>::infinity(), true});
     const std::size_t before = together.columns.size();
     most.push_back(0);
     for (std::size_t p = 0; p < probes.list.size(); ++p) {
@@ -49,8 +48,8 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
     columns.push_back(static_cast<Eigen::Index>(together.columns.size() - before));
   }
   if (together.columns.empty()) return result;
-  fit = linearised(problem, std::move(fit));
-  const Eigen::MatrixXd information = score_of(problem, fit, together, 0, 0).information;
+  fit = with_jacobian(problem, std::move(fit));
+  const Eigen::MatrixXd information = score_of(problem, fit, together).information;
   std::vector<Eigen::MatrixXd> frames;
   std::vector<Eigen::Index> first;
   Eigen::Index at = 0;

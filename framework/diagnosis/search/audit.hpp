@@ -11,8 +11,7 @@ namespace tofgraph::diagnosis {
 
 struct Visibility {
   const Candidate* candidate = nullptr;
-  double norm = 0;       ///< norm of the signature at the typical value, in standard deviations
-  std::size_t rank = 0;  ///< number of parameters that the design determines
+  double norm = 0;  ///< norm of the signature at the typical value, in standard deviations
   /// Smallest detectable size over the typical value: enough standard deviations, and in some condition at least
   /// practical_threshold. For an effect with several amplitudes the most visible one counts.
   double smallest = 0;

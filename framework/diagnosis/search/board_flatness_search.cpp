@@ -41,7 +41,7 @@ double deviance_with_boards(const ModelFit& fit) {
 
 }  // namespace
 
-BoardTrial BoardFlatnessSearch::beside(const State& state) {
+BoardTrial BoardFlatnessSearch::trial_for(const State& state) {
   if (state.nuisances.boards || task_.problem.design.superpixels() < 2) return {};
   if (!shapes_) shapes_ = std::make_unique<const BoardFlatness>(task_.problem);
   return shapes_->trial(task_.problem, state);
@@ -53,7 +53,7 @@ bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
   if (!fit.state.nuisances.boards) return false;
   BoardTrial boards = shapes_->trial(task_.problem, fit.state);
   fit.state.nuisances.boards = boards.sure || accept_unsure_ ? std::move(boards.boards) : nullptr;
-  fit = linearised(task_.problem, fit_with_maps(task_.problem, fit.state));
+  fit = with_jacobian(task_.problem, fit_with_maps(task_.problem, fit.state));
   return before - deviance_with_boards(fit) >= settings.board_converged;
 }
 

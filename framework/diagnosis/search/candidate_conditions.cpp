@@ -17,8 +17,6 @@ namespace {
 
 constexpr double tilt = 20 * std::numbers::pi / 180;  ///< rad
 constexpr std::size_t max_distances = 6, max_times = 3, max_targets = 3;
-constexpr double too_dark = 10;  ///< as for measured superpixels: amplitude in standard deviations of its mean
-constexpr double full = 0.98;    ///< fraction of the full well, as for measured superpixels
 
 /// Some of the levels, evenly spaced, including both ends.
 template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::size_t count) {
@@ -268,13 +266,14 @@ Observations NoiseLaw::blank(const Design& design, std::size_t condition, double
     const Signal& ideal = design.ideal(condition)[s];
     const bool lit = design.shows_board(condition);
     const double mean = lit ? factor * ideal.intensity : 0, strength = lit ? factor * std::abs(ideal.phasor) : 0;
-    if (well > 0 && mean + strength / 2 > full * well) continue;
+    if (well > 0 && mean + strength / 2 > settings.max_full_well_fraction * well) continue;
     for (std::size_t o = 0; o < observables; ++o) {
       const double level = factor * sample_level(ideal, o);
       const double variance = (laws_[o].constant + laws_[o].slope * mean) / (level * level);
       if (laws_[o].known && variance > 0) result.variance[o * n + s] = variance;
     }
-    if (!(result.variance[amplitude * n + s] * too_dark * too_dark < 1) && laws_[amplitude].known) {
+    if (!(result.variance[amplitude * n + s] * settings.min_amplitude * settings.min_amplitude < 1) &&
+        laws_[amplitude].known) {
       for (std::size_t o = 0; o < observables; ++o) result.variance[o * n + s] = none;
     }
     if (!lit) {  // taps may be clipped at zero: one superpixel with the noise of a pixel, as in measurements

@@ -94,7 +94,7 @@ std::vector<Observations> injected(const Problem& problem, const State& state, s
   std::mt19937_64 generator(seed);
   std::normal_distribution<double> normal;
   State whole = state;
-  update_grid_bias(problem, whole);            // captures are averaged over whole superpixels
+  update_precomputed(problem, whole);          // captures are averaged over whole superpixels
   const auto rows = expected(problem, whole);  // with the boards' flatness
   std::vector<Observations> result = problem.data;
   Eigen::VectorXd shared(static_cast<Eigen::Index>(problem.nuisances.sd.size()));  // drift, sessions
@@ -133,7 +133,7 @@ Term random_term(const Candidate& candidate, double factor, std::uint64_t seed) 
     double value = 0;
     if (!p.nonlinear)
       value = p.off + (p.minimum < p.off && uniform(generator) < 0.5 ? -1 : 1) * factor * p.typical;
-    else if (p.unit == "rad" && p.maximum - p.minimum > 6.28)
+    else if (p.is_angle())
       value = p.minimum + uniform(generator) * (p.maximum - p.minimum);
     else
       value = p.typical * (0.7 + 0.6 * uniform(generator));

@@ -34,25 +34,22 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
   try {
     Selection selection(training.problem, model, candidates, options, {});
     selection.begin();
-    selection.linearise();
+    selection.linearise_candidates();
     if (options.max_effects > 0) selection.forward_select();
     Prediction prediction(held, fold);
     // The given model is not refitted, only its reflectivities are.
-    State as_it_was{model, selection.original().state.log_reflectivity, selection.original().state.random_sd};
-    if (!model.empty()) update_grid_bias(training.problem, as_it_was);
-    prediction.before(fit_nuisances(training.problem, as_it_was).state);
+    const State& given = selection.refitted_given().state;
+    prediction.before(fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state);
     result.state = selection.best().state;
     if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
     std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
     if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
     prediction.after(result.state, std::move(smooth_field));
-    for (const ModelTerm& addition : selection.additions()) {
+    for (const TermOrRefinement& addition : selection.additions()) {
       if (addition.refinement) continue;
       const std::string name = selection.terms()[addition.term].candidate->name();
       result.chosen.push_back(name);
-      State taken_out = result.state;
-      taken_out.terms.erase(taken_out.terms.begin() + static_cast<std::ptrdiff_t>(addition.term));
-      prediction.without(name, selection.without(addition).state, taken_out);
+      prediction.without(name, selection.without(addition).state, removed(result.state, addition));
     }
     result.conditions = prediction.result();
   } catch (const simulation::EffectError& error) {
@@ -222,7 +219,6 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
     taken_out_of_each.push_back(root_mean(taken_out, known));
     with_of_each.push_back(fold.gap(distance).after);
   }
-  improvement.conditions = conditions.size();
   if (conditions.empty()) return improvement;
   improvement.depth_without = std::sqrt(depth_without / count);
   if (!taken_out_of_each.empty()) {
@@ -244,10 +240,8 @@ std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size
       count[c.condition] += c.count[observable];
     }
   }
-  for (std::size_t i = 0; i < conditions; ++i) {
-    const auto root = [&](double sum) { return count[i] > 0 ? std::sqrt(sum / count[i]) : NAN; };
-    sums[i] = {root(sums[i].before), root(sums[i].after)};
-  }
+  for (std::size_t i = 0; i < conditions; ++i)
+    sums[i] = {root_mean(sums[i].before, count[i]), root_mean(sums[i].after, count[i])};
   return sums;
 }
 
@@ -275,7 +269,7 @@ bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given)
   return !agreed_and_lacking(folds, model, given).empty();
 }
 
-std::vector<State> agreed_models(const CrossFit& folds, const State& model, std::size_t given) {
+std::vector<State> models_with_agreed_effects(const CrossFit& folds, const State& model, std::size_t given) {
   if (folds.folds.size() < settings.min_agreeing_folds) return {};
   const Names lacking = agreed_and_lacking(folds, model, given);
   std::map<Names, std::vector<const FoldResult*>> sets;

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Cross-fitting: whole levels of a setting are held out, effects are selected and fitted without them, and the result
-/// predicts them unchanged. A fold has its own design and data, which exclude the held-out conditions.
+/// Cross-fitting (cross-validation of the whole selection): whole levels of a setting are held out, effects are
+/// selected and fitted without them, and the result predicts them unchanged. A fold has its own design and data, which
+/// exclude the held-out conditions.
 #pragma once
 
 #include "diagnosis/data/search_settings.hpp"
@@ -83,7 +84,6 @@ struct HeldOutImprovement {
   /// fold two effects may compensate each other, so that one without the other is far off.
   double median_taken_out = std::numeric_limits<double>::quiet_NaN();
   double median_with = std::numeric_limits<double>::quiet_NaN();
-  std::size_t conditions = 0;
   std::size_t folds_alone = 0, folds = 0;  ///< folds that chose exactly one of the names; folds that chose any
 
   bool is_significant() const { return low > 0; }
@@ -110,6 +110,6 @@ bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given)
 /// Models of folds with an effect that more than half of the folds chose and a model lacks, one for each set of
 /// effects, the most frequent set first. Empty if fewer than three folds were searched.
 /// @param given number of terms of the model before the search
-std::vector<State> agreed_models(const CrossFit& folds, const State& model, std::size_t given);
+std::vector<State> models_with_agreed_effects(const CrossFit& folds, const State& model, std::size_t given);
 
 }  // namespace tofgraph::diagnosis

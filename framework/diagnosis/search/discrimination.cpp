@@ -5,6 +5,7 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
 #include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <algorithm>
 #include <array>
@@ -96,7 +97,7 @@ QuestionLinearisation linearise_question(const Problem& problem, const Question&
                                          const ConditionNuisances& nuisances) {
   QuestionLinearisation result{question.one, {}, {}};
   result.one.nuisances = nuisances;
-  result.one.linearisation = {};
+  result.one.precomputed = {};
   update_reflectivity_jacobian(problem, result.one);
   result.rows = expected(problem, result.one);
   if (question.information_of_one.size() > 0) result.columns = columns_of(problem, result.one, result.rows);
@@ -113,7 +114,7 @@ bool begin_alike(const Question& first, const Question& second) {
 }
 
 ModelDistance model_distance(const Problem& problem, const QuestionLinearisation& first, const Question& question) {
-  const State other = beside(first.one, question.other);
+  const State other = comparable_with(first.one, question.other);
   State one = first.one;
   one.random_sd = question.one.random_sd;
   const auto rows = expected(problem, other);
@@ -133,7 +134,7 @@ ModelDistance model_distance(const Problem& problem, const QuestionLinearisation
 
 namespace {
 
-constexpr double stays = 1e6;  ///< information that fixes a value, in typical values^-2
+constexpr double fixing_information = 1e6;  ///< information that fixes a value, in typical values^-2
 
 /// State with its parameters and reflectivities moved in one linear step so that its expectation is as near to the
 /// wanted one as possible. @param held index of a fixed parameter among those of all terms
@@ -199,21 +200,21 @@ Held held_at(const Problem& problem, const State& fitted, std::size_t term, std:
   Held held{likened(problem, std::move(state), expected(problem, fitted), place), {}};
   held.information = information_matrix(problem, held.state);
   const auto at = static_cast<Eigen::Index>(place);
-  if (held.information.size() > 0) held.information(at, at) += stays;
+  if (held.information.size() > 0) held.information(at, at) += fixing_information;
   return held;
 }
 
 /// Question about a fitted model, at a small and a large value of its undetermined parameter.
 std::optional<Question> value_question(const Problem& problem, const State& state, const EffectFinding& found) {
-  const Untold& untold = *found.untold;
-  const State fitted = beside(state, untold.state);
-  const FreeParameter& p = untold.state.terms[untold.term].candidate->free()[untold.nonlinear];
+  const UndeterminedValue& undetermined = *found.undetermined;
+  const State fitted = comparable_with(state, undetermined.state);
+  const FreeParameter& p = undetermined.state.terms[undetermined.term].candidate->free()[undetermined.nonlinear];
   const std::array<double, 2> ends =
       p.minimum < 0 ? std::array{-p.typical, p.typical}
                     : std::array{p.typical / settings.undetermined_ratio, p.typical * settings.undetermined_ratio};
   try {
-    Held one = held_at(problem, fitted, untold.term, untold.nonlinear, ends[0]);
-    Held other = held_at(problem, fitted, untold.term, untold.nonlinear, ends[1]);
+    Held one = held_at(problem, fitted, undetermined.term, undetermined.nonlinear, ends[0]);
+    Held other = held_at(problem, fitted, undetermined.term, undetermined.nonlinear, ends[1]);
     return Question{{found.name},
                     std::move(one.state),
                     std::move(other.state),
@@ -229,18 +230,18 @@ std::optional<Question> value_question(const Problem& problem, const State& stat
 /// @param information on the state's values
 Question tie_question(const Problem& problem, const State& state, const Eigen::MatrixXd& information,
                       const EffectFinding& found, const Rival& rival) {
-  const State other = beside(state, rival.state);
+  const State other = comparable_with(state, rival.state);
   Question question{{found.name, rival.candidate->name()},
                     state,
                     other,
                     (rival.of_several() ? rival.candidate : found.candidate)->border().experiment,
                     information};
-  if (rival.untold) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
+  if (rival.undetermined) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
     const auto term =
         std::ranges::find(other.terms, rival.candidate->name(), [](const Term& one) { return one.candidate->name(); });
     try {
-      Held held = held_at(problem, other, static_cast<std::size_t>(term - other.terms.begin()), *rival.untold,
-                          term->candidate->free()[*rival.untold].typical);
+      Held held = held_at(problem, other, static_cast<std::size_t>(term - other.terms.begin()), *rival.undetermined,
+                          term->candidate->free()[*rival.undetermined].typical);
       question.other = std::move(held.state);
       question.information_of_other = std::move(held.information);
       return question;
@@ -260,21 +261,18 @@ std::vector<Question> open_questions(const Problem& problem, const State& state,
   const Eigen::MatrixXd information = information_matrix(problem, state);
   for (const EffectFinding& one : found) {
     for (const Rival& rival : one.rivals) {
-      if (rival.tied && rival.is_told_at(one.name) &&
-          beside_the_same(state, rival.in_place_of, rival.state, rival.candidate->name()))
+      if (rival.tied && rival.is_listed_at(one.name) &&
+          differ_only_by(state, rival.in_place_of, rival.state, rival.candidate->name()))
         questions.push_back(tie_question(problem, state, information, one, rival));
     }
   }
   for (const EffectFinding& one : dropped) {
-    if (!one.untold || !beside_the_same(state, {&one.name, 1}, one.untold->state, one.name)) continue;
+    if (!one.undetermined || !differ_only_by(state, {&one.name, 1}, one.undetermined->state, one.name)) continue;
     if (std::optional<Question> question = value_question(problem, state, one))
       questions.push_back(*std::move(question));
   }
   for (const Visibility& seen : audit.effects) {
-    if (!seen.blind || seen.candidate->amplitudes() == 0) continue;
-    const bool in_model =
-        std::ranges::any_of(state.terms, [&](const Term& t) { return t.candidate->name() == seen.candidate->name(); });
-    if (in_model) continue;
+    if (!seen.blind || seen.candidate->amplitudes() == 0 || is_in(state, *seen.candidate)) continue;
     for (Question& question : blind_questions(problem, state, information, *seen.candidate))
       questions.push_back(std::move(question));
   }

@@ -45,29 +45,31 @@ void EffectTests::run() {
   do {
     findings_.result.found.clear();
     findings_.result.refinements.clear();
-    while (!gate_once()) {
+    while (drop_worst_failing()) {
     }
     findings_.selection.refit();
   } while (drop_unidentifiable());
 }
 
-/// @returns true if all passed
-bool EffectTests::gate_once() {
+/// Tests every addition and drops one that fails; all if the rest is worse than the given model.
+/// @returns true if one was dropped, so that the others must be tested again; false if all passed or none is left
+bool EffectTests::drop_worst_failing() {
   Selection& selection = findings_.selection;
-  const std::vector<ModelTerm> all = selection.additions();
-  if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.original())) {
-    findings_.dismiss_all("without those that were dropped it explains less than nothing");
-    return true;
+  const std::vector<TermOrRefinement> all = selection.additions();
+  if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.refitted_given())) {
+    findings_.drop_all("without those that were dropped it explains less than nothing");
+    return false;
   }
   std::vector<EffectFinding> tested;
   std::size_t worst = 0;
+  // Of those that fail any test, the one that explains the smallest fraction goes first.
   const auto rank = [](const EffectFinding& f) {
     return std::pair(f.refutation.empty(), std::isnan(f.explained_fraction) ? HUGE_VAL : f.explained_fraction);
   };
-  const PatternScan left = findings_.finder.find(selection.problem(), selection.best(), 0, 0);
-  for (const ModelTerm& addition : all) {
+  const PatternScan with_all = findings_.finder.find(selection.best());
+  for (const TermOrRefinement& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
-    EffectFinding now = evaluate_term(addition, left, is_confirmed(addition));
+    EffectFinding now = evaluate_term(addition, with_all, is_confirmed(addition));
     findings_.note({"questioned",
                     {now.name},
                     {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.explained_fraction}},
@@ -76,12 +78,12 @@ bool EffectTests::gate_once() {
     if (rank(tested.back()) < rank(tested[worst])) worst = tested.size() - 1;
   }
   if (!tested.empty() && !tested[worst].refutation.empty()) {
-    findings_.dismiss(all[worst], std::move(tested[worst]));
-    return false;
+    findings_.drop_with_reason(all[worst], std::move(tested[worst]));
+    return true;
   }
   for (std::size_t i = 0; i < all.size(); ++i)
     (all[i].refinement ? findings_.result.refinements : findings_.result.found).push_back(std::move(tested[i]));
-  return true;
+  return false;
 }
 
 /// Drops the last effect whose values are not identifiable: without it those of another effect may be. If only a
@@ -94,61 +96,55 @@ bool EffectTests::drop_unidentifiable() {
       intervals(findings_.problem(), best, findings_.options().seed + 2, rest, Refinements::as_they_are);
   for (std::size_t f = findings_.result.found.size(); f-- > 0;) {
     EffectFinding& finding = findings_.result.found[f];
-    const std::size_t term = findings_.model().size() + f;
+    const std::size_t term = findings_.given_terms().size() + f;
     const Unidentified unidentified = identifiability_of(best, term, all, rest);
     if (unidentified.why.empty()) continue;
     findings_.note({"valued", {finding.name}, {}, unidentified.why});
     finding.refutation = unidentified.why;
     if (unidentified.nonlinear) {
       if (!unidentified.at_limit && rest < settings.explained)
-        finding.untold = Untold{best.state, term, *unidentified.nonlinear};
+        finding.undetermined = UndeterminedValue{best.state, term, *unidentified.nonlinear};
       if (findings_.replace_by_others(finding, unidentified)) return true;
     }
-    findings_.dismiss({term, std::nullopt}, std::move(finding));
+    findings_.drop_with_reason({term, std::nullopt}, std::move(finding));
     return true;
   }
   return false;
 }
 
-double EffectTests::explained_fraction(const ModelFit& less, const Group& group) const {
-  const double gain = score_of(findings_.problem(), less, group, 0, 0).gain;
-  const double most = findings_.finder.find(findings_.problem(), less, 0, 0).most;
-  return most > 0 ? gain / most : std::numeric_limits<double>::infinity();
-}
-
 /// Gain of an effect over that of the best generic pattern that it lowers; other residuals, in its observables or in
 /// others, do not matter. If everything is explained, the removed share of that pattern's gain, if larger: the pattern
 /// has then gained from parameters refitted with the effect. NaN if the effect lowers no pattern.
-/// @param less model without it @param left patterns of the model with it
-double EffectTests::explained(const ModelFit& less, const PatternScan& left, double gain) const {
-  const PatternScan before = findings_.finder.find(findings_.problem(), less, 0, 0);
+/// @param less model without it
+double EffectTests::explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const {
+  const PatternScan before = findings_.finder.find(less);
   double most = 0, gone = 0;
   for (std::size_t p = 0; p < before.gains.size(); ++p) {
-    const double fall = before.gains[p] - std::max(left.gains[p], 0.0);
+    const double fall = before.gains[p] - std::max(with_it.gains[p], 0.0);
     if (fall > settings.related_pattern_fall * before.gains[p] && before.gains[p] > most)
       most = before.gains[p], gone = fall;
   }
   if (!(most > 0)) return std::numeric_limits<double>::quiet_NaN();
-  const bool nothing_left = left.square <= settings.explained * left.freedom;
-  return (nothing_left ? std::max(gain, gone) : gain) / most;
+  return (with_it.is_explained() ? std::max(gain, gone) : gain) / most;
 }
 
 /// Probability that any candidate gains as much by chance as one direction does in a model without it. The flipped
 /// residual is that of the best model, and includes whatever else is unexplained.
 double EffectTests::chance(const ModelFit& less, const Score& score) const {
   ModelFit remaining = findings_.best();
-  remaining.state.linearisation = less.state.linearisation;
+  remaining.state.precomputed = less.state.precomputed;
   remaining.jacobian = less.jacobian;
   const Alternatives& candidates = findings_.selection.alternatives();
-  const Score all = score_of(findings_.problem(), remaining, candidates.group, 0, 0);
+  const Score all = score_of(findings_.problem(), remaining, candidates.group);
   std::vector<std::vector<Eigen::Index>> groups;
   for (const Choice& choice : candidates.choices) groups.push_back(choice.columns);
-  return chance_of(score, all, groups, findings_.options().flips, findings_.options().seed);
+  return chance_of(score, all, groups, findings_.options().seed);
 }
 
-/// Tests a piece of the best model against the model without it; the refutation is empty if it passes.
-/// @param left patterns of the best model @param proved true: cross-fitting has confirmed it
-EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const {
+/// Tests a addition of the best model against the model without it; the refutation is empty if it passes.
+/// @param with_it patterns of the best model @param confirmed true: cross-fitting has confirmed it
+EffectFinding EffectTests::evaluate_term(const TermOrRefinement& addition, const PatternScan& with_it,
+                                         bool confirmed) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
   EffectFinding found;
@@ -158,33 +154,31 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
   const Group group{found.name, signature(findings_.problem(), less.state, best.state, addition)};
   // Only the fitted direction: the selection among all directions and candidates is accounted for in chance().
   const Group direction{group.name, {group.columns[0]}};
-  Score score =
-      term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().flips, findings_.options().seed)
-                : score_of(findings_.problem(), less, direction, findings_.options().flips, findings_.options().seed);
-  const bool nothing_left = left.square <= settings.explained * left.freedom;
+  Score score = term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().seed)
+                          : score_of(findings_.problem(), less, direction, findings_.options().seed);
+  const bool nothing_left = with_it.is_explained();
   if (!term.maps) {
-    // Flips of its own columns also flip a drift, which grows without the piece. If everything is explained with it,
-    // the likelihood compares the two; not with board heights, which are not refitted without the piece.
+    // Flips of its own columns also flip a drift, which grows without the addition. If everything is explained with it,
+    // the likelihood compares the two; not with board heights, which are not refitted without the addition.
     const double parameters = static_cast<double>(values_of(term, addition).size());
-    const bool sure =
-        nothing_left && !best.state.nuisances.boards && found.gain - parameters > settings.certain_gain * score.stays;
+    const bool sure = nothing_left && !best.state.nuisances.boards &&
+                      found.gain - parameters > settings.certain_gain * score.run_length;
     score.p_value = std::max(chance(less, score), sure ? 0.0 : score.p_value);
   }
   found.p_value = score.p_value;
-  found.explained_fraction = explained(less, left, score_of(findings_.problem(), less, group, 0, 0).gain);
-  const double conditions = run_length(findings_.problem(), less.state);
+  found.explained_fraction = explained_fraction(less, with_it, score_of(findings_.problem(), less, group).gain);
   if (!(found.gain > 0)) {
     found.refutation = "without it the data are explained as well";
-  } else if (conditions > 1 && found.gain < settings.min_bic_gain * conditions) {
-    found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", conditions);
-  } else if (!proved && !significant(score)) {
+  } else if (score.run_length > 1 && found.gain < settings.min_bic_gain * score.run_length) {
+    found.refutation = fmt::format("a residue that stays for {:.0f} conditions may do as much", score.run_length);
+  } else if (!confirmed && !significant(score)) {
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (max_normalised_rms(findings_.problem(), group.columns[0]) <= 1 &&
              !(nothing_left && lack_of_fit(findings_.problem(), less) >= settings.explained)) {
     found.refutation = "what it changes is too small to matter";  // unless needed: without it the data are unexplained,
                                                                   // with it explained
   } else if (found.explained_fraction <
-             (proved ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
+             (confirmed ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
     found.refutation =
         fmt::format("it explains {:.0f} % of what a pattern without physics does", 100 * found.explained_fraction);
   } else if (std::isnan(found.explained_fraction) && !nothing_left) {
@@ -206,14 +200,14 @@ void EffectTests::cross_fit() {
     for (const EffectFinding& finding : result.found)
       if (!all_folds) names.push_back(finding.names());
     result.cross_fit =
-        diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.model,
+        diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.given_terms,
                              task.candidates, options, names, searched ? searched_folds_ : std::vector<FoldResult>{});
     if (result.cross_fit.time_expired) throw TimeExpired();
     if (searched) searched_folds_ = result.cross_fit.folds;
   };
   ask();
   if (result.cross_fit.complete) return;
-  if (agree_on_more(result.cross_fit, findings_.best().state, findings_.model().size())) return ask(true);
+  if (agree_on_more(result.cross_fit, findings_.best().state, findings_.given_terms().size())) return ask(true);
   if (findings_.are_compared() || result.found.empty()) return;
   findings_.compare_with_rivals();  // folds without an effect may have chosen a rival
   ask();
@@ -221,14 +215,14 @@ void EffectTests::cross_fit() {
 
 bool EffectTests::follow_folds() {
   Selection& selection = findings_.selection;
-  const std::size_t given = findings_.model().size();
-  for (State& state : agreed_models(findings_.result.cross_fit, selection.best().state, given)) {
+  const std::size_t given = findings_.given_terms().size();
+  for (State& state : models_with_agreed_effects(findings_.result.cross_fit, selection.best().state, given)) {
     std::vector<std::string> names;
     for (std::size_t t = given; t < state.terms.size(); ++t) names.push_back(state.terms[t].candidate->name());
     state.log_reflectivity = selection.best().state.log_reflectivity;
     double bic_fall = NAN;
     try {
-      ModelFit there = selection.refitted(state);
+      ModelFit there = selection.fit_at_every_pixel(state);
       bic_fall = selection.bic(selection.best()) - selection.bic(there);
       state = std::move(there.state);
     } catch (const simulation::EffectError&) {  // fails on all data
@@ -249,7 +243,7 @@ void EffectTests::weigh(EffectFinding& finding) const {
 }
 
 /// True if folds have confirmed an effect: if these led to the model, its predictions have been tested.
-bool EffectTests::is_confirmed(const ModelTerm& addition) const {
+bool EffectTests::is_confirmed(const TermOrRefinement& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
   weigh(finding);
@@ -257,8 +251,8 @@ bool EffectTests::is_confirmed(const ModelTerm& addition) const {
 }
 
 /// True if held-out data confirm all effects found, by their present names.
-bool EffectTests::all_confirmed() {
-  const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding& finding) {
+bool EffectTests::all_confirmed() const {
+  const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding finding) {
     weigh(finding);
     return held_out_failure(finding).empty();
   });

@@ -22,24 +22,23 @@ class EffectTests {
   /// selection in a fold does not depend on the tested effects, so folds are never searched twice. All folds are
   /// searched if they agree on an effect that the model lacks, see follow_folds().
   void cross_fit();
-  /// Fits a model on which most folds agree to all data. @returns true if it is better and was accepted
+  /// Fits to all data the sets of folds that contain an effect which most folds chose and the model lacks, until one is
+  /// better. @returns true if one was accepted
   bool follow_folds();
   /// Drops effects that held-out data do not confirm, each alone; those that pass alone must also pass together, in the
   /// folds that chose nothing else if these are the majority. @returns true if an effect was dropped
   bool drop_unconfirmed();
   /// Sets a finding's share of folds and improvement on held-out data, from all its names.
   void weigh(EffectFinding& finding) const;
-  /// Gain of a signature divided by that of the best generic pattern, in a model without it.
-  double explained_fraction(const ModelFit& less, const Group& group) const;
 
  private:
-  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& left, bool proved) const;
-  double explained(const ModelFit& less, const PatternScan& left, double gain) const;
+  EffectFinding evaluate_term(const TermOrRefinement& addition, const PatternScan& with_it, bool confirmed) const;
+  double explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const;
   double chance(const ModelFit& less, const Score& score) const;
-  bool gate_once();
+  bool drop_worst_failing();
   bool drop_unidentifiable();
-  bool is_confirmed(const ModelTerm& addition) const;
-  bool all_confirmed();
+  bool is_confirmed(const TermOrRefinement& addition) const;
+  bool all_confirmed() const;
   std::string why_not_together() const;
 
   Findings& findings_;

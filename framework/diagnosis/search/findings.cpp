@@ -2,35 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/findings.hpp"
 
-#include "diagnosis/search/search.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
-  std::vector<std::string> all = {effect};
-  for (const Rival& rival : rivals) {
-    if (rival.does_as_much()) all.push_back(rival.candidate->name());
-  }
-  return all;
-}
-
-bool beside_the_same(const State& one, std::span<const std::string> effects, const State& other,
-                     const std::string& its) {
-  const auto others = [](const State& of, std::span<const std::string> but) {
-    std::multiset<std::string> names;
-    for (const Term& term : of.terms) names.insert(term.candidate->name());
-    for (const std::string& name : but) names.erase(name);
-    return names;
-  };
-  return others(one, effects) == others(other, {&its, 1});
-}
 
 Findings::Findings(const Problem& problem, const std::vector<Term>& model,
                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
@@ -41,10 +19,10 @@ Findings::Findings(const Problem& problem, const std::vector<Term>& model,
       rivals_(selection, trials, candidates, options.seed + 2) {}
 
 std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {
-  return finder.find(selection.problem(), fit, options().flips, options().seed + 1).patterns;
+  return finder.find(fit, options().seed + 1).patterns;
 }
 
-void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {
+void Findings::drop_with_reason(const TermOrRefinement& addition, EffectFinding finding) {
   selection.task().report_progress(fmt::format("dropping {}", finding.name));
   compared_ = false;
   selection.drop(addition);
@@ -52,12 +30,12 @@ void Findings::dismiss(const ModelTerm& addition, EffectFinding finding) {
   result.dropped.push_back(std::move(finding));
 }
 
-void Findings::dismiss_all(const std::string& why) {
-  for (std::vector<ModelTerm> left = selection.additions(); !left.empty(); left = selection.additions()) {
+void Findings::drop_all(const std::string& why) {
+  for (std::vector<TermOrRefinement> left = selection.additions(); !left.empty(); left = selection.additions()) {
     const Term& term = selection.terms()[left.back().term];
     EffectFinding finding{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
     note({"questioned", {finding.name}, {}, why});
-    dismiss(left.back(), std::move(finding));
+    drop_with_reason(left.back(), std::move(finding));
   }
 }
 
@@ -67,7 +45,7 @@ bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& te
     EffectFinding& finding = result.found[f];
     finding.refutation = test(finding);
     if (finding.refutation.empty()) continue;
-    dismiss({model().size() + f, std::nullopt}, std::move(finding));
+    drop_with_reason({given_terms().size() + f, std::nullopt}, std::move(finding));
     result.found.erase(result.found.begin() + static_cast<std::ptrdiff_t>(f));
     changed = true;
   }
@@ -90,13 +68,13 @@ bool Findings::replace_by_others(EffectFinding finding, const Unidentified& why)
 
 void Findings::compare_with_rivals() {
   if (compared_) return;
-  for (std::size_t t = model().size(); t < selection.terms().size(); ++t) compare(t);
-  rivals_.add_of_several(result.found, model().size());
+  for (std::size_t t = given_terms().size(); t < selection.terms().size(); ++t) compare(t);
+  rivals_.add_of_several(result.found, given_terms().size());
   compared_ = true;
 }
 
 void Findings::compare(std::size_t term) {
-  EffectFinding& finding = result.found[term - model().size()];
+  EffectFinding& finding = result.found[term - given_terms().size()];
   selection.task().report_progress(fmt::format("comparing {} with its rivals", finding.name));
   finding.where = patterns_of(selection.without({term, std::nullopt}));
   finding.rivals = rivals_.of(finding, term);
@@ -113,7 +91,7 @@ void Findings::compare(std::size_t term) {
 }
 
 bool Findings::stays_replaced(const Replaced& replaced) const {
-  return beside_the_same(best().state, replaced.by, replaced.fit.state, replaced.name());
+  return differ_only_by(best().state, replaced.by, replaced.fit.state, replaced.name());
 }
 
 void Findings::report_dropped() {

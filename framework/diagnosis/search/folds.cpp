@@ -181,7 +181,7 @@ Prediction::Prediction(const FoldProblem& held, const Fold& fold) : held_(held) 
 
 void Prediction::before(const State& state) {
   const auto rows = predict(state);
-  for (std::size_t i = 0; i < conditions_.size(); ++i) conditions_[i].before = sums(rows[i], i);
+  for (std::size_t i = 0; i < conditions_.size(); ++i) conditions_[i].before = summed(rows[i], i);
   // Misplaced boards are found with the given model, so that no tested model can reduce their weight.
   there_.nuisances.jitter_scale = jitter_scale_of(board_offsets_of(held_.problem, carried(state)));
 }
@@ -193,7 +193,7 @@ void Prediction::after(const State& state, std::shared_ptr<const SmoothField> sm
   const std::vector<Gram> grams = grams_of(held_.problem, there_, with_nuisances(held_.problem, there_, after_), {});
   for (std::size_t i = 0; i < after_.size(); ++i) {
     OutOfFold& one = conditions_[i];
-    one.after = sums(after_[i], i);
+    one.after = summed(after_[i], i);
     one.chi_after = square_of(grams[i], grams[i].cols() - 1, random_sd_);
   }
 }
@@ -207,8 +207,8 @@ void Prediction::without(const std::string& effect, const State& state, const St
       grams_of(held_.problem, there_, with_nuisances(held_.problem, there_, rows), std::span(&change, 1));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     conditions_[i].without[effect] = {square_of(grams[i], grams[i].cols() - 1, random_sd_),
-                                      square_of(grams[i], 0, random_sd_), sums(rows[i], i)[distance],
-                                      sums(rows_of_rest[i], i)[distance]};
+                                      square_of(grams[i], 0, random_sd_), summed(rows[i], i)[distance],
+                                      summed(rows_of_rest[i], i)[distance]};
   }
 }
 
@@ -216,7 +216,7 @@ void Prediction::without(const std::string& effect, const State& state, const St
 /// never from distances.
 State Prediction::carried(const State& state) const {
   const Problem& to = held_.problem;
-  State result = beside(there_, state);
+  State result = comparable_with(there_, state);
   result.log_reflectivity.resize(to.targets.size(), 0);
   if (result.log_reflectivity.size() == state.log_reflectivity.size()) return result;
   constexpr int rounds = 3;  // repeated because light that is not the board's responds differently
@@ -241,12 +241,12 @@ State Prediction::carried(const State& state) const {
 
 Rows Prediction::predict(const State& state) {
   there_ = carried(state);
-  update_grid_bias(held_.problem, there_);
+  update_precomputed(held_.problem, there_);
   return expected(held_.problem, there_);
 }
 
-/// Sums of squares of a condition.
-std::array<double, observables> Prediction::sums(const std::vector<double>& rows, std::size_t i) {
+/// Sums of squares of a condition; sets its count.
+std::array<double, observables> Prediction::summed(const std::vector<double>& rows, std::size_t i) {
   const std::size_t n = held_.design.superpixels();
   std::array<double, observables> squares{};
   conditions_[i].count = {};

@@ -52,7 +52,8 @@ struct FoldProblem {
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const FoldProblem& other);
   /// Fixes the contrast at the value of a fit that estimated it. Refitted to held-out conditions, it would absorb other
-  /// errors, such as boards that are not flat. @param log_lower ln of the profile's contrast over the fitted one
+  /// errors, such as boards that are not flat. To be called before the first prediction with the fitted model.
+  /// @param log_lower ln of the profile's contrast over the fitted one
   void fix_contrast(double log_lower);
   FoldProblem(const FoldProblem&) = delete;
   FoldProblem& operator=(const FoldProblem&) = delete;
@@ -74,12 +75,13 @@ struct OutOfFold {
 };
 
 /// Predicts with everything fixed; the reflectivity of a new target is estimated from amplitudes, never from distances.
+/// To be called in this order: before(), after(), then without() for each effect.
 class Prediction {
  public:
   /// @param held conditions of the fold, with the targets of the fitted ones first; must outlive this object
   Prediction(const FoldProblem& held, const Fold& fold);
 
-  /// Predicts with the given model.
+  /// Predicts with the given model, which also determines the misplaced boards.
   void before(const State& state);
   /// Predicts with the fitted model. @param smooth_field of the held-out conditions; null: none
   void after(const State& state, std::shared_ptr<const SmoothField> smooth_field = nullptr);
@@ -92,7 +94,7 @@ class Prediction {
  private:
   State carried(const State& state) const;
   Rows predict(const State& state);
-  std::array<double, observables> sums(const std::vector<double>& rows, std::size_t condition);
+  std::array<double, observables> summed(const std::vector<double>& rows, std::size_t condition);
 
   const FoldProblem& held_;
   std::vector<OutOfFold> conditions_;

@@ -23,19 +23,6 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// The given model with its parameters held; reflectivities and variances are fitted.
-State given_state(const Problem& problem, const std::vector<Term>& given, const RandomEffectSd& start) {
-  State state{given, first_log_reflectivity(problem), start};
-  if (!given.empty()) update_grid_bias(problem, state);
-  return fit_nuisances(problem, state).state;
-}
-
-RandomEffectSd first_random_sd(const Design& design) {
-  RandomEffectSd random_sd;
-  if (!design.tells_offset()) random_sd.offset = 0;
-  return random_sd;
-}
-
 /// Names of the effects that a model has in addition to the given ones, sorted.
 std::vector<std::string> added_names(const State& model, std::size_t given) {
   std::vector<std::string> names;
@@ -86,10 +73,12 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
   const FoldProblem training(problem.design, problem.data, left, problem.deadline);
   const FoldProblem held(problem.design, problem.data, fold.held, training);
   Prediction prediction(held, fold);
-  prediction.before(given_state(training.problem, given, first_random_sd(problem.design)));
+  State as_given = first_state(training.problem, given);
+  as_given.random_sd = first_state(problem, given).random_sd;  // with a camera offset if any condition shows it
+  prediction.before(fit_as_written(training.problem, std::move(as_given)).state);
   State start = start_on(training.problem, problem, model);
   start.nuisances = condition_nuisances_of(model.nuisances, left, training.data);
-  update_grid_bias(training.problem, start);
+  update_precomputed(training.problem, start);
   prediction.after(fit_with_maps(training.problem, start).state);
   return prediction.result();
 }
@@ -114,13 +103,13 @@ struct Squares {
   GapComparison gaps() const { return {std::sqrt(given / count), std::sqrt(model / count)}; }
 };
 
-}  // namespace
-
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model) {
   const Problem original = make_problem(problem.design, problem.data, problem.deadline);
-  const State before = given_state(original, given, first_random_sd(problem.design));
+  const State before = fit_as_written(original, first_state(original, given)).state;
   return {gap(original, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
+
+}  // namespace
 
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
                                const std::vector<Term>& given, const State& model) {
@@ -181,12 +170,12 @@ std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, 
   return result;
 }
 
-/// Fit at the grid bias of the state. The result keeps the earlier linearisation, for comparisons.
+/// Fit at the grid bias of the state. The result keeps the earlier precomputed parts, for comparisons.
 ModelFit fitted(const Problem& problem, State state) {
-  const Linearisation before = state.linearisation;
-  update_grid_bias(problem, state);
+  const Precomputed before = state.precomputed;
+  update_precomputed(problem, state);
   ModelFit fit = fit_with_maps(problem, std::move(state));
-  fit.state.linearisation = before;
+  fit.state.precomputed = before;
   return fit;
 }
 
@@ -219,13 +208,13 @@ bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
   const Probes probes = probes_of(problem, state, candidates, NonlinearRange::usual);
   for (std::size_t p = 0; p < probes.list.size(); ++p) {
     const Candidate& simpler = *probes.list[p].candidate;
-    const std::vector<double> beside = deviations_beside(problem, rows, state, own, probes.groups[p].columns);
+    const std::vector<double> with_simpler = deviations_beside(problem, rows, state, own, probes.groups[p].columns);
     std::size_t j = 0;
     for (std::size_t t = 0; t < terms_.size(); ++t) {
       const std::vector<FreeParameter> free = terms_[t].candidate->free();
       for (std::size_t k = 0; k < free.size(); ++k, ++j) {
         const bool blurred =
-            beside[j] > settings.max_given_sd_beside && alone[j] < settings.max_given_sd_alone * beside[j];
+            with_simpler[j] > settings.max_given_sd_beside && alone[j] < settings.max_given_sd_alone * with_simpler[j];
         if (free[k].nonlinear || !blurred || simpler.free().size() >= free.size()) continue;
         hold(t, free[k],
              fmt::format("beside {}, which is simpler, these conditions do not determine it", simpler.name()));
@@ -239,8 +228,8 @@ bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
 void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates) {
   if (terms_.empty()) return;
   State first = first_state(problem, terms_);
-  update_grid_bias(problem, first);
-  const auto start = [&] { return beside(first, first_state(problem, terms_)); };
+  update_precomputed(problem, first);
+  const auto start = [&] { return comparable_with(first, first_state(problem, terms_)); };
   while (hold_beside_simpler(problem, fit_nuisances(problem, start()).state, candidates)) {
   }
   hold_undetermined_in(problem, fit(problem, start()));
@@ -249,7 +238,7 @@ void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std
 std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem, ModelFit fit) {
   bool held = false;
   for (;;) {
-    const double rest = lack_of_fit(problem, linearised(problem, fit));
+    const double rest = lack_of_fit(problem, with_jacobian(problem, fit));
     const std::vector<Interval> all = intervals(problem, fit, 1, rest, Refinements::as_they_are);
     double most = 1;
     std::optional<std::pair<std::size_t, std::size_t>> loosest;

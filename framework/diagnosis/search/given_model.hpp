@@ -21,22 +21,19 @@ struct GapComparison {
   bool is_worse() const { return model > settings.max_given_gap_growth * given + settings.given_gap_tolerance; }
 };
 
-/// Comparison on all data. @param given terms with the parameters as given; reflectivities are fitted
-GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model);
-
 /// Comparison on held-out data: in each fold the effects of a model are fitted without the held-out conditions. Results
 /// of folds that chose these effects are reused. @param known folds that were searched
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
                                const std::vector<Term>& given, const State& model);
 
-/// Both comparisons, on the problem's own folds.
+/// Comparisons on all data and on the problem's own folds.
 struct Verification {
   GapComparison all{NAN, NAN}, held_out{NAN, NAN};
 
   /// Reason why the model must not be written; empty: none.
   std::string why_worse() const;
 };
-/// @param known folds that were searched
+/// @param known folds that were searched @param given terms with the parameters as given; reflectivities are fitted
 Verification compared_with_given(const CrossFit& known, const Problem& problem, const std::vector<Term>& given,
                                  const State& model);
 

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -23,22 +22,22 @@ bool smooth_field_does_more(const SelectionTask& task, const ModelFit& base, con
 
 }  // namespace
 
-std::optional<MapTrial> MapSearch::beside(const ModelFit& base) {
-  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.options.flips, task_.options.seed);
+std::optional<MapTrial> MapSearch::best_added_to(const ModelFit& base) {
+  return best_maps(task_.problem, base, task_.candidates, task_.refused, task_.options.seed);
 }
 
 std::optional<MapTrial> MapSearch::alone(const SelectedModel& selected, double enough) {
-  const ModelFit given = selected.original_beside_best();
-  std::optional<MapTrial> maps = beside(given);
-  while (maps && maps->left > enough) {
+  const ModelFit given = selected.given_comparable_with_best();
+  std::optional<MapTrial> maps = best_added_to(given);
+  while (maps && maps->lack_of_fit > enough) {
     const ModelFit& fit = maps->trial.fit;
-    std::optional<MapTrial> more = beside(linearised(task_.problem, fit));
+    std::optional<MapTrial> more = best_added_to(with_jacobian(task_.problem, fit));
     if (!more || !significant(more->trial.score) || task_.bic(fit) - task_.bic(more->trial.fit) < settings.min_bic_gain)
       break;
     maps = std::move(more);
   }
   if (maps && smooth_field_does_more(task_, given, maps->trial.fit)) return std::nullopt;
-  if (maps) maps->trial.fit.state.linearisation = selected.best.state.linearisation;
+  if (maps) maps->trial.fit.state.precomputed = selected.best.state.precomputed;
   return maps;
 }
 
@@ -46,7 +45,7 @@ std::optional<ModelFit> MapSearch::best(const SelectedModel& selected) {
   const ModelFit& best = selected.best;
   if (!task_.may_add(best)) return std::nullopt;
   task_.report_progress("looking for what each pixel does");
-  std::optional<MapTrial> maps = beside(best);
+  std::optional<MapTrial> maps = best_added_to(best);
   if (task_.added(best) > 0 && lack_of_fit(task_.problem, best) >= settings.explained) {
     std::optional<MapTrial> without = alone(selected, settings.explained);
     if (without && (!maps || task_.bic(without->trial.fit) < task_.bic(maps->trial.fit))) maps = std::move(without);
@@ -73,71 +72,10 @@ std::optional<ModelFit> MapSearch::in_place_of(const ModelFit& added, const Sele
   if (rest < settings.explained) return std::nullopt;
   const double nearly_all = std::max(settings.explained, 1 + settings.map_max_excess * (rest - 1));
   std::optional<MapTrial> maps = alone(selected, nearly_all);
-  if (!maps || maps->left > nearly_all || !significant(maps->trial.score) ||
+  if (!maps || maps->lack_of_fit > nearly_all || !significant(maps->trial.score) ||
       task_.bic(added) - task_.bic(maps->trial.fit) < settings.min_bic_gain)
     return std::nullopt;
   return std::move(maps->trial.fit);
-}
-
-namespace {
-
-/// A parameter that adds the same to all distances, and the response per unit.
-struct Constant {
-  std::size_t term = 0, parameter = 0;
-  double response = 0;
-};
-
-/// Value of a column that is equal in all known distances and changes nothing else; 0 for other columns.
-double height_of(const Problem& problem, const Column& column) {
-  constexpr double same = 1e-6;
-  double first = 0;
-  for (std::size_t i = 0; i < column.size(); ++i) {
-    if (!problem.design.shows_board(i)) continue;
-    for (std::size_t row = 0; row < column[i].size(); ++row) {
-      if (std::isinf(problem.data[i].variance[row])) continue;
-      const bool length = problem.is_of(distance, row);
-      if (length && first == 0) first = column[i][row];
-      const double expected = length ? first : 0;
-      if (!(std::abs(column[i][row] - expected) <= same * std::max(std::abs(first), 1e-6))) return 0;
-    }
-  }
-  return first;
-}
-
-std::optional<Constant> constant_of(const Problem& problem, const State& state) {
-  const auto rows = expected(problem, state);
-  for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    const Term& term = state.terms[t];
-    for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
-      const FreeParameter& p = term.candidate->free()[k];
-      if (p.nonlinear) continue;
-      const double height = height_of(problem, derivative(problem, state, rows, t, k));
-      if (height != 0) return Constant{t, k, height / p.typical};
-    }
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
-State with_means_in_constant(const Problem& problem, State state) {
-  if (!has_maps(state)) return state;
-  const std::optional<Constant> constant = constant_of(problem, state);
-  if (!constant) return state;
-  const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
-  for (Term& term : state.terms) {
-    if (!term.maps) continue;
-    std::vector<EstimatedMaps::Map> maps = term.maps->maps();
-    for (EstimatedMaps::Map& map : maps) {
-      if (map.parameter.unit != "m") continue;
-      const double mean = std::reduce(map.values.begin(), map.values.end()) / static_cast<double>(map.values.size());
-      for (double& value : map.values) value -= mean;
-      state.terms[constant->term].values[constant->parameter] += term.values.front() * mean / constant->response;
-    }
-    term.maps =
-        std::make_shared<const EstimatedMaps>(std::move(maps), term.maps->dimension(), grid, problem.design.camera());
-  }
-  return state;
 }
 
 }  // namespace tofgraph::diagnosis

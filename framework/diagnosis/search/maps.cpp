@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -27,16 +28,22 @@ struct Response {
   Group group;
 };
 
+/// @param dimension number of values that the data determine
+std::shared_ptr<const EstimatedMaps> estimated(const Problem& problem, std::vector<EstimatedMaps::Map> maps,
+                                               double dimension) {
+  const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
+  return std::make_shared<const EstimatedMaps>(std::move(maps), dimension, grid, problem.design.camera());
+}
+
 /// @param dimension number of values that the data determine; values beyond the bound of a pixel are clamped
 Term term_of(const Problem& problem, const Candidate& candidate, std::vector<EstimatedMaps::Map> maps,
              double dimension) {
-  const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
   for (EstimatedMaps::Map& map : maps) {
     const double bound = map.parameter.bound(problem.design);
     for (double& value : map.values) value = std::clamp(value, -bound, bound);
   }
   Term term{&candidate, {candidate.free().front().typical}};
-  term.maps = std::make_shared<const EstimatedMaps>(std::move(maps), dimension, grid, problem.design.camera());
+  term.maps = estimated(problem, std::move(maps), dimension);
   return term;
 }
 
@@ -59,9 +66,7 @@ double norm_of(const Problem& problem, const Column& column) {
 Response response(const Problem& problem, const State& state, const Candidate& candidate,
                   std::span<const MapParameter> parameters) {
   const auto rows = expected(problem, state);
-  Response result;
-  result.group.name = candidate.name();
-  result.group.by_superpixel = true;
+  Response result{{}, {}, {.name = candidate.name(), .by_superpixel = true}};
   for (const MapParameter& parameter : parameters) {
     State with = state;
     with.terms.push_back(
@@ -83,9 +88,8 @@ Response response(const Problem& problem, const State& state, const Candidate& c
 
 /// Response of the maps of a state.
 Response response_of(const Problem& problem, State state, std::size_t term) {
-  const Term one = std::move(state.terms[term]);
-  state.terms.erase(state.terms.begin() + static_cast<std::ptrdiff_t>(term));
-  return response(problem, state, *one.candidate, parameters_of(*one.maps));
+  const Term one = state.terms[term];
+  return response(problem, removed(std::move(state), {term, {}}), *one.candidate, parameters_of(*one.maps));
 }
 
 std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response& response, const Score& score) {
@@ -100,9 +104,7 @@ std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response
 }
 
 Response subset(const Response& all, const std::vector<std::size_t>& chosen) {
-  Response result;
-  result.group.name = all.group.name;
-  result.group.by_superpixel = true;
+  Response result{{}, {}, {.name = all.group.name, .by_superpixel = true}};
   for (const std::size_t m : chosen) {
     result.parameters.push_back(all.parameters[m]);
     result.steps.push_back(all.steps[m]);
@@ -145,7 +147,7 @@ Response chosen_maps(const Problem& problem, const ModelFit& base, const Respons
       if (std::ranges::find(chosen, m) != chosen.end()) continue;
       std::vector<std::size_t> more = chosen;
       more.push_back(m);
-      const Score now = score_of(problem, base, subset(all, more).group, 0, 0);
+      const Score now = score_of(problem, base, subset(all, more).group);
       if (now.gain - price * now.dimension <= merit) continue;
       merit = now.gain - price * now.dimension;
       best = m;
@@ -174,7 +176,7 @@ State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   const std::size_t scale = first_parameter(state, term);
   fit.jacobian.erase(fit.jacobian.begin() + static_cast<std::ptrdiff_t>(scale));  // represented by the maps
   const Response answer = response_of(problem, state, term);
-  const Score now = score_of(problem, fit, answer.group, 0, 0);
+  const Score now = score_of(problem, fit, answer.group);
   const double factor = before.values.front() / before.candidate->free().front().typical;
   std::vector<EstimatedMaps::Map> maps = before.maps->maps();
   for (EstimatedMaps::Map& map : maps) {
@@ -202,17 +204,54 @@ template <class Step> ModelFit improved(ModelFit best, int most, double enough, 
 }
 
 MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& candidate, const Response& maps,
-                std::size_t flips, std::uint64_t seed) {
-  MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, flips, seed)}};
+                std::uint64_t seed) {
+  MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, seed)}};
   State state = base.state;
   state.terms.push_back(
       term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
-  result.trial.fit = fit_last(problem, std::move(state), base.jacobian);
+  result.trial.fit = fit_reusing(problem, std::move(state), base.jacobian);
   result.trial.fit = improved(std::move(result.trial.fit), settings.map_trial_rounds, 0, [&](const State& now) {
-    return fit_last(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
+    return fit_reusing(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
   });
-  result.left = lack_of_fit(problem, linearised(problem, result.trial.fit));
+  result.lack_of_fit = lack_of_fit(problem, with_jacobian(problem, result.trial.fit));
   return result;
+}
+
+/// A parameter that adds the same to all distances, and the response per unit.
+struct Constant {
+  std::size_t term = 0, parameter = 0;
+  double response = 0;
+};
+
+/// Value of a column that is equal in all known distances and changes nothing else; 0 for other columns.
+double height_of(const Problem& problem, const Column& column) {
+  constexpr double same = 1e-6;
+  double first = 0;
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    if (!problem.design.shows_board(i)) continue;
+    for (std::size_t row = 0; row < column[i].size(); ++row) {
+      if (std::isinf(problem.data[i].variance[row])) continue;
+      const bool length = problem.is_of(distance, row);
+      if (length && first == 0) first = column[i][row];
+      const double expected = length ? first : 0;
+      if (!(std::abs(column[i][row] - expected) <= same * std::max(std::abs(first), 1e-6))) return 0;
+    }
+  }
+  return first;
+}
+
+std::optional<Constant> constant_of(const Problem& problem, const State& state) {
+  const auto rows = expected(problem, state);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) {
+    const Term& term = state.terms[t];
+    for (std::size_t k = 0; !term.maps && k < term.values.size(); ++k) {
+      const FreeParameter& p = term.candidate->free()[k];
+      if (p.nonlinear) continue;
+      const double height = height_of(problem, derivative(problem, state, rows, t, k));
+      if (height != 0) return Constant{t, k, height / p.typical};
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -227,7 +266,7 @@ bool maps_follow(const State& state) {
 
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed) {
+                                  std::map<std::string, std::string>& refused, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;
   for (const auto& candidate : candidates) {
@@ -236,7 +275,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
       const Response all = response(problem, base.state, *candidate, candidate->maps());
       const Response chosen = chosen_maps(problem, base, all);
       if (chosen.parameters.empty()) continue;
-      MapTrial trial = fitted(problem, base, *candidate, chosen, flips, seed);
+      MapTrial trial = fitted(problem, base, *candidate, chosen, seed);
       const std::size_t n = problem.data.size();
       if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
     } catch (const simulation::EffectError& error) {
@@ -252,10 +291,9 @@ ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& c
   return fit_with_maps(problem, with_maps_of(problem, std::move(state)));
 }
 
-Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
-                    std::uint64_t seed) {
+Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed) {
   const Response answer = response(problem, without.state, *term.candidate, parameters_of(*term.maps));
-  return score_of(problem, without, answer.group, flips, seed);
+  return score_of(problem, without, answer.group, seed);
 }
 
 State with_maps_of(const Problem& problem, State state) {
@@ -287,6 +325,24 @@ ModelFit fit_with_maps(const Problem& problem, State start) {
   if (!has_maps(best.state)) return best;
   return improved(std::move(best), settings.map_max_rounds, settings.map_converged,
                   [&](const State& now) { return fit(problem, with_maps_of(problem, now)); });
+}
+
+State with_means_in_constant(const Problem& problem, State state) {
+  if (!has_maps(state)) return state;
+  const std::optional<Constant> constant = constant_of(problem, state);
+  if (!constant) return state;
+  for (Term& term : state.terms) {
+    if (!term.maps) continue;
+    std::vector<EstimatedMaps::Map> maps = term.maps->maps();
+    for (EstimatedMaps::Map& map : maps) {
+      if (map.parameter.unit != "m") continue;
+      const double mean = std::reduce(map.values.begin(), map.values.end()) / static_cast<double>(map.values.size());
+      for (double& value : map.values) value -= mean;
+      state.terms[constant->term].values[constant->parameter] += term.values.front() * mean / constant->response;
+    }
+    term.maps = estimated(problem, std::move(maps), term.maps->dimension());
+  }
+  return state;
 }
 
 }  // namespace tofgraph::diagnosis

@@ -15,21 +15,20 @@ inline constexpr double map_probe = 1e-3;
 /// An effect with estimated maps, in a model.
 struct MapTrial {
   Trial trial;
-  double left = 0;  ///< chi-square of the fit over its expectation
+  double lack_of_fit = 0;  ///< chi-square of the fit over its expectation
 };
 
 /// Best candidate with maps, fitted; nullopt if there is none or none is worth its parameters.
-/// @param refused names to skip, with reasons; failing ones are added
+/// @param refused names to skip, with reasons; failing ones are added @param seed of the sign flips
 std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
                                   const std::vector<std::unique_ptr<Candidate>>& candidates,
-                                  std::map<std::string, std::string>& refused, std::size_t flips, std::uint64_t seed);
+                                  std::map<std::string, std::string>& refused, std::uint64_t seed);
 
 /// Model with an effect whose first map is estimated, regardless of BIC. @throws simulation::EffectError
 ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate);
 
-/// Score of a term's maps in a model without it.
-Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::size_t flips,
-                    std::uint64_t seed);
+/// Score of a term's maps in a model without it. @param seed of the sign flips
+Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed);
 
 /// State with maps estimated again.
 State with_maps_of(const Problem& problem, State state);
@@ -49,5 +48,9 @@ ModelFit fit_with_maps(const Problem& problem, State start);
 /// Like fit_roughly(), with maps refitted if maps_follow(); never worse than the start.
 /// @param start whose maps belong to another state
 ModelFit fit_roughly_with_maps(const Problem& problem, State start);
+
+/// State in which the constant includes the means, if the model has a constant: estimated maps of lengths then have
+/// mean 0 over the pixels. The expectation is unchanged. @throws simulation::EffectError
+State with_means_in_constant(const Problem& problem, State state);
 
 }  // namespace tofgraph::diagnosis

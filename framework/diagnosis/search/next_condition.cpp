@@ -62,7 +62,7 @@ std::vector<io::Condition> some(const std::vector<io::Condition>& all, std::size
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
-/// First model of a question, in some conditions: consecutive questions mostly share it, so its linearisation is
+/// First model of a question, in some conditions: consecutive questions mostly share it, so its derivatives are
 /// kept.
 class FirstModel {
  public:

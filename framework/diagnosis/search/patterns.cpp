@@ -190,12 +190,7 @@ Bases generic_bases(const Problem& problem) {
       }
     }
     for (std::size_t o = 0; o < observables; ++o) {
-      const bool known = std::ranges::any_of(problem.data, [&](const Observations& data) {
-        return std::any_of(data.variance.begin() + static_cast<std::ptrdiff_t>(o * n),
-                           data.variance.begin() + static_cast<std::ptrdiff_t>((o + 1) * n),
-                           [](double v) { return std::isfinite(v); });
-      });
-      if (!known) continue;
+      if (!are_seen(o, design, problem.data)) continue;
       bases.patterns.push_back({o, axis.name});
       bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
     }
@@ -265,13 +260,12 @@ std::optional<Pattern> large_smooth_field(const Problem& problem, const ModelFit
                  .share = std::numeric_limits<double>::quiet_NaN()};
 }
 
-PatternFinder::PatternFinder(const Problem& problem) : bases_(generic_bases(problem)) {
+PatternFinder::PatternFinder(const Problem& problem) : problem_(problem), bases_(generic_bases(problem)) {
   for (const Group& group : bases_.groups) groups_.push_back(&group);
 }
 
-PatternScan PatternFinder::find(const Problem& problem, const ModelFit& fit, std::size_t flips,
-                                std::uint64_t seed) const {
-  const Scan scanned = scan(problem, fit, groups_, flips, seed);
+PatternScan PatternFinder::find(const ModelFit& fit, std::optional<std::uint64_t> seed) const {
+  const Scan scanned = scan(problem_, fit, groups_, seed);
   PatternScan result{{}, {}, 0, scanned.square, scanned.freedom};
   std::vector<double> p_values;
   for (const Score& score : scanned.scores) {
@@ -279,7 +273,7 @@ PatternScan PatternFinder::find(const Problem& problem, const ModelFit& fit, std
     result.gains.push_back(score.gain - score.dimension);
     result.most = std::max(result.most, result.gains.back());
   }
-  if (flips == 0) return result;
+  if (!seed) return result;
   const double limit = false_discovery_limit(p_values, settings.false_discoveries);
   const double beyond = scanned.square - scanned.freedom;
   for (std::size_t b = 0; b < bases_.patterns.size(); ++b) {
@@ -287,7 +281,7 @@ PatternScan PatternFinder::find(const Problem& problem, const ModelFit& fit, std
     // A single pattern among many without effect cannot reach the false discovery limit with this number of draws.
     const bool beyond_chance = score.own_p_value <= limit || significant(score);
     if (!beyond_chance || score.gain < settings.min_pattern_gain) continue;
-    const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem);
+    const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem_);
     result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.own_p_value,
                                size.mean, significant(score), size.largest,
                                std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});

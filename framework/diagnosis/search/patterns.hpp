@@ -3,6 +3,7 @@
 /// @file Location of a gap: generic patterns of the observables, with a controlled false discovery rate.
 #pragma once
 
+#include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/scan.hpp"
 
 #include <optional>
@@ -55,6 +56,9 @@ struct PatternScan {
   std::vector<double> gains;       ///< gain of each basis, minus the expectation of noise
   double most = 0;                 ///< largest of the gains
   double square = 0, freedom = 0;  ///< see Scan
+
+  /// True if the lack of fit is at most that of explained data.
+  bool is_explained() const { return square <= settings.explained * freedom; }
 };
 
 /// Axis of differences that follow no setting.
@@ -73,11 +77,13 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& f
 
 class PatternFinder {
  public:
+  /// @param problem must outlive this object
   explicit PatternFinder(const Problem& problem);
-  /// @param flips number of draws; 0: no patterns, only the gains and the chi-square
-  PatternScan find(const Problem& problem, const ModelFit& fit, std::size_t flips, std::uint64_t seed) const;
+  /// @param seed of the sign flips; nullopt: no patterns, only the gains and the chi-square
+  PatternScan find(const ModelFit& fit, std::optional<std::uint64_t> seed = {}) const;
 
  private:
+  const Problem& problem_;
   Bases bases_;
   std::vector<const Group*> groups_;
 };

@@ -247,7 +247,7 @@ namespace {
 
 /// True if the data leave one of the amplitudes of a group undetermined when fitted with the maps of a fit.
 bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& group) {
-  const Score score = score_of(problem, fit, group, 0, 0, map_columns(problem, fit.state));
+  const Score score = score_of(problem, fit, group, {}, map_columns(problem, fit.state));
   const Eigen::Index n = score.information.rows();
   const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(n, n) / (settings.prior_width * settings.prior_width);
   const Eigen::VectorXd variance = (score.information + prior).inverse().diagonal();
@@ -259,7 +259,7 @@ bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& grou
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& given,
                                                const std::vector<std::unique_ptr<Candidate>>& candidates) {
   std::vector<std::string> notes;
-  const ModelFit fit = linearised(problem, given);
+  const ModelFit fit = with_jacobian(problem, given);
   const Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
   for (const Term& term : fit.state.terms) {
     if (!term.maps) continue;

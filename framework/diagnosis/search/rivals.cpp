@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/findings.hpp"
+#include "diagnosis/search/rivals.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "diagnosis/search/search.hpp"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -41,6 +43,25 @@ std::size_t term_of(const State& state, const Candidate& candidate) {
 
 }  // namespace
 
+std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
+  std::vector<std::string> all = {effect};
+  for (const Rival& rival : rivals) {
+    if (rival.does_as_much()) all.push_back(rival.candidate->name());
+  }
+  return all;
+}
+
+bool differ_only_by(const State& one, std::span<const std::string> effects, const State& other,
+                    const std::string& its) {
+  const auto others = [](const State& of, std::span<const std::string> but) {
+    std::multiset<std::string> names;
+    for (const Term& term : of.terms) names.insert(term.candidate->name());
+    for (const std::string& name : but) names.erase(name);
+    return names;
+  };
+  return others(one, effects) == others(other, {&its, 1});
+}
+
 /// Rival from a fit; nullopt if it is not better than the model without the effects that it replaces.
 std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& candidate,
                                       std::vector<std::string> in_place_of, ModelFit fit) {
@@ -49,18 +70,18 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   const double behind = fit.deviance - best.deviance;
   if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
     try {
-      fit = selection_.refitted(fit.state);
-      fit.state.linearisation = less.state.linearisation;  // equal in all models compared
-    } catch (const simulation::EffectError&) {             // undefined in some pixel: the coarse fit is kept
+      fit = selection_.fit_at_every_pixel(fit.state);
+      fit.state.precomputed = less.state.precomputed;  // equal in all models compared
+    } catch (const simulation::EffectError&) {         // undefined in some pixel: the coarse fit is kept
     }
   }
   Rival rival{&candidate, std::move(in_place_of), fit.deviance - best.deviance,
               selection_.bic(fit) - selection_.bic(best)};
   rival.tied = std::min(rival.deviance, rival.bic) < settings.tie_limit ||
-               practically_equivalent(problem_, best.state, fit.state, settings.tie_limit);
+               practically_equivalent(problem_, best.state, fit.state);
   if (rival.tied) {
     const Unidentified unidentified = nonlinear_identifiability(fit, candidate);
-    rival.untold = unidentified.nonlinear;
+    rival.undetermined = unidentified.nonlinear;
     rival.limit = unidentified.at_limit ? unidentified.why : limit_reached(fit, candidate);
     rival.tied = rival.limit.empty();
   }
@@ -106,7 +127,7 @@ Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candid
   const auto may_be_anything = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
   if (term == fit.state.terms.size() || std::ranges::none_of(fit.state.terms[term].candidate->free(), may_be_anything))
     return {};
-  const double rest = lack_of_fit(problem_, linearised(problem_, fit));
+  const double rest = lack_of_fit(problem_, with_jacobian(problem_, fit));
   const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
   return identifiability_of(fit, term, values, rest);
 }

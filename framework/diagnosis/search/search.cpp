@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/search.hpp"
 
-#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/search/effect_tests.hpp"
 
@@ -23,7 +22,7 @@ class Search {
 
   SearchResult run() {
     selection_.begin();
-    result_.before = selection_.best();
+    result_.refitted_given = selection_.best();
     begun_ = selection_.selected();
     try {
       screen();
@@ -49,7 +48,7 @@ class Search {
 
   /// Linearises each candidate about the given model, and locates the gap.
   void screen() {
-    selection_.linearise();
+    selection_.linearise_candidates();
     findings_.trials.prepare(selection_.best().state, selection_.task().refused);
     selection_.task().report_progress("asking where the gap is");
     result_.where = findings_.patterns_of(selection_.best());
@@ -123,7 +122,8 @@ class Search {
 
   void hold_given_values() {
     if (!options().hold_given) return;
-    if (std::optional<ModelFit> held = options().hold_given(selection_.problem(), selection_.best())) {
+    std::vector<Term>& given_terms = selection_.task().given_terms;
+    if (std::optional<ModelFit> held = options().hold_given(selection_.problem(), selection_.best(), given_terms)) {
       findings_.forget_comparison();
       selection_.accept(*std::move(held));
     }
@@ -133,24 +133,24 @@ class Search {
   std::string why_worse() {
     if (selection_.terms().empty()) return "";
     result_.verified =
-        compared_with_given(result_.cross_fit, selection_.problem(), findings_.model(), selection_.best().state);
+        compared_with_given(result_.cross_fit, selection_.problem(), findings_.given_terms(), selection_.best().state);
     return result_.verified.why_worse();
   }
 
   void drop_least(const std::string& why) {
     result_.not_better = why;
-    if (result_.found.empty()) return findings_.dismiss_all(why);
+    if (result_.found.empty()) return findings_.drop_all(why);
     const auto least = std::ranges::min_element(result_.found, {}, &EffectFinding::gain);
     const auto f = static_cast<std::size_t>(least - result_.found.begin());
     EffectFinding finding = std::move(*least);
     result_.found.erase(least);
     finding.refutation = why;
-    findings_.dismiss({findings_.model().size() + f, std::nullopt}, std::move(finding));
+    findings_.drop_with_reason({findings_.given_terms().size() + f, std::nullopt}, std::move(finding));
     result_.refinements.clear();
   }
 
   void keep_given(const std::string& why) {
-    for (const ModelTerm& addition : selection_.additions()) {
+    for (const TermOrRefinement& addition : selection_.additions()) {
       const Term& term = selection_.terms()[addition.term];
       result_.dropped.push_back({.candidate = term.candidate, .name = name_of(term, addition), .refutation = why});
     }
@@ -180,7 +180,7 @@ class Search {
     const Problem& problem = selection_.problem();
     const ModelFit& best = selection_.best();
     selection_.task().report_progress("looking at what is left");
-    PatternScan left = findings_.finder.find(problem, best, options().flips, options().seed + 1);
+    PatternScan left = findings_.finder.find(best, options().seed + 1);
     for (Pattern& pattern : left.patterns) {
       if (pattern.significant && pattern.largest > settings.practical_threshold[pattern.observable])
         result_.rest.push_back(std::move(pattern));
@@ -196,7 +196,7 @@ class Search {
     for (const Trial& t : findings_.trials.best(best, nullptr, settings.min_nearest_gain)) {
       const Group group{t.candidate->name(),
                         signature(problem, best.state, t.fit.state, {selection_.terms().size(), std::nullopt})};
-      const double fraction = std::min(tests_.explained_fraction(best, group), 1.0);
+      const double fraction = left.most > 0 ? std::min(score_of(problem, best, group).gain / left.most, 1.0) : 1.0;
       if (fraction > settings.min_nearest_fraction) result_.nearest.push_back({t.candidate, fraction});
     }
     std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::explained_fraction);

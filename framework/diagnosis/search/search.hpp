@@ -8,34 +8,16 @@
 #include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/given_model.hpp"
 #include "diagnosis/search/patterns.hpp"
+#include "diagnosis/search/rivals.hpp"
 #include "diagnosis/search/selection.hpp"
 
 #include <array>
 #include <numeric>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace tofgraph::diagnosis {
-
-/// Another effect in place of one that was found, or of several.
-struct Rival {
-  const Candidate* candidate = nullptr;
-  std::vector<std::string> in_place_of;    ///< names of the effects that it replaces
-  double deviance = 0;                     ///< minus that of the model with the effects found
-  double bic = 0;                          ///< minus that of the model with the effects found
-  bool tied = false;                       ///< these data cannot distinguish the two
-  State state = {};                        ///< fitted model with the rival
-  std::optional<std::size_t> untold = {};  ///< index of a nonlinear parameter that these data do not determine
-  std::string limit = {};  ///< message: a parameter reached a limit, so it is not tied although it does as much; or ""
-
-  /// True if it explains as much as the effects it replaces, tied or not.
-  bool does_as_much() const { return tied || !limit.empty(); }
-  bool of_several() const { return in_place_of.size() > 1; }
-  /// True if it is to be listed with this one of the effects that it replaces: only once.
-  bool is_told_at(const std::string& name) const { return in_place_of.front() == name; }
-};
 
 /// A candidate close to the unexplained residual.
 struct Near {
@@ -44,37 +26,31 @@ struct Near {
 };
 
 /// A fitted model with a value that the conditions do not determine.
-struct Untold {
+struct UndeterminedValue {
   State state;                          ///< fitted
   std::size_t term = 0, nonlinear = 0;  ///< indices of the term in the state, and of the parameter in the term
 };
-
-/// Names of an effect and of its rivals that explain as much.
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals);
 
 struct EffectFinding {
   const Candidate* candidate = nullptr;
   std::string name;  ///< the effect's, or "effect.parameter" for a refinement
   double gain = 0;   ///< increase of the deviance if it is removed
   double p_value = 1;
-  double explained_fraction = 0;   ///< gain over that of the best generic pattern in its place
-  std::vector<Rival> rivals;       ///< best first
-  std::vector<Pattern> where;      ///< patterns of the gap without it
-  std::string refutation;          ///< reason why it is not named; empty: it is
-  std::optional<Untold> untold;    ///< undetermined nonlinear parameter, if that is the reason
-  double chosen = NAN;             ///< share of the folds that chose it or a tied effect; NaN: no folds
-  HeldOutImprovement improvement;  ///< improvement on held-out data
+  /// Gain over that of the best generic pattern that it lowers, see docs/method.md, test 5; NaN: it lowers none.
+  double explained_fraction = 0;
+  std::vector<Rival> rivals;                      ///< best first
+  std::vector<Pattern> where;                     ///< patterns of the gap without it
+  std::string refutation;                         ///< reason why it is not named; empty: it is
+  std::optional<UndeterminedValue> undetermined;  ///< undetermined nonlinear parameter, if that is the reason
+  double chosen = NAN;                            ///< share of the folds that chose it or a tied effect; NaN: no folds
+  HeldOutImprovement improvement;                 ///< improvement on held-out data
 
   /// Its own name, and those of rivals that explain as much.
   std::vector<std::string> names() const { return names_of(name, rivals); }
 };
 
-/// True if two models differ only by these effects in one and that effect in the other.
-bool beside_the_same(const State& one, std::span<const std::string> effects, const State& other,
-                     const std::string& its);
-
 struct SearchResult {
-  ModelFit before, after;                      ///< given model, and the model with the effects found
+  ModelFit refitted_given, after;              ///< given model with refitted parameters, and with the effects found
   std::vector<EffectFinding> found;            ///< in the order of after.state.terms, from the first added term
   std::vector<EffectFinding> refinements;      ///< refinements of any effect of the model
   std::vector<EffectFinding> dropped;          ///< effects that failed a test, in the order of the tests

@@ -2,26 +2,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
-#include "diagnosis/model/board_nuisances.hpp"
 #include "diagnosis/search/trials.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace tofgraph::diagnosis {
-namespace {
-
-/// Identity of a model: effects and their free parameters.
-std::vector<const Candidate*> identity_of(const std::vector<Term>& terms) {
-  std::vector<const Candidate*> identity;
-  for (const Term& term : terms) identity.push_back(term.candidate);
-  return identity;
-}
-
-}  // namespace
 
 Selection::Selection(const Problem& problem, const std::vector<Term>& model,
                      const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
@@ -31,10 +18,10 @@ Selection::Selection(const Problem& problem, const std::vector<Term>& model,
 
 void Selection::begin() {
   task_.report_progress("fitting the model as it is");
-  State start = first_state(problem(), task_.model);
-  if (!task_.model.empty()) update_grid_bias(problem(), start);
+  State start = first_state(problem(), task_.given_terms);
+  if (!task_.given_terms.empty()) update_precomputed(problem(), start);
   accept(fit(problem(), start));
-  selected_.original = best();
+  selected_.refitted_given = best();
   reached_ = selected_;
   deadline_ = task_.options.deadline;
 }
@@ -44,7 +31,7 @@ void Selection::accept(ModelFit fit) {
   selected_.best = std::move(fit);
   selected_.about_drift_mean.reset();
   update_drift_mean();
-  selected_.best = linearised(problem(), std::move(selected_.best));
+  selected_.best = with_jacobian(problem(), std::move(selected_.best));
 }
 
 /// Refits the best and the given model if the drift of the best one has another mean.
@@ -55,12 +42,17 @@ void Selection::update_drift_mean() {
   if (mean < best().state.random_sd.mean && task_.added(best()) > 0)
     selected_.about_drift_mean = fit_nuisances(problem(), state);
   selected_.best = fit_with_maps(problem(), std::move(state));
-  if (selected_.original.state.log_reflectivity.empty()) return;  // not fitted yet
-  State given = selected_.original.state;
+  if (selected_.refitted_given.state.log_reflectivity.empty()) return;  // not fitted yet
+  State given = selected_.refitted_given.state;
   given.random_sd.mean = mean;
-  std::vector<Column> jacobian = std::move(selected_.original.jacobian);
-  selected_.original = fit_with_maps(problem(), std::move(given));
-  selected_.original.jacobian = std::move(jacobian);
+  refit_given(std::move(given));
+}
+
+/// Refits the given model with other nuisances. Its values hardly move, so it keeps its jacobian.
+void Selection::refit_given(State start) {
+  ModelFit given = fit_with_maps(problem(), std::move(start));
+  given.jacobian = std::move(selected_.refitted_given.jacobian);
+  selected_.refitted_given = std::move(given);
 }
 
 void Selection::select(SelectedModel model) {
@@ -70,119 +62,36 @@ void Selection::select(SelectedModel model) {
 
 void Selection::return_to_given() {
   State given = best().state;
-  given.terms = task_.model;
-  if (!task_.model.empty()) update_grid_bias(problem(), given);
-  ModelFit fit = fit_nuisances(problem(), std::move(given));
+  given.terms = task_.given_terms;
+  ModelFit fit = fit_as_written(problem(), std::move(given));
   const auto rows = expected(problem(), fit.state);
   const std::vector<Column> columns = jacobian(problem(), fit.state, rows);
   const Solution there = solve_linear(problem(), fit.state, rows, columns, problem().unknowns(columns.size()));
   fit.covariance = there.covariance;
   fit.dimension = there.dimension;
   // Not by accept(), which may refit: the given values must not change.
-  select({selected_.original, linearised(problem(), std::move(fit)), selected_.barred});
+  select({selected_.refitted_given, with_jacobian(problem(), std::move(fit)), selected_.barred});
 }
 
 void Selection::refit() {
   if (terms().empty()) return;
   task_.report_progress("settling on values");
   State exact = best().state;
-  update_grid_bias(problem(), exact, true);
+  update_precomputed(problem(), exact, true);
   const State positive = with_positive_amplitudes(problem(), std::move(exact));
   accept(fit_with_maps(problem(), with_means_in_constant(problem(), positive)));
 }
 
-ModelFit Selection::refitted(State state) const {
+ModelFit Selection::fit_at_every_pixel(State state) const {
   state.nuisances = best().state.nuisances;
-  update_grid_bias(problem(), state, true);
+  update_precomputed(problem(), state, true);
   return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)));
 }
 
-void Selection::forward_select() {
-  select_from_boards();
-  add_all();
-  select_from_maps();
-  backward_eliminate();
-  replace_maps();
-  select_beside_nuisances();
-}
-
-bool Selection::select_beside_nuisances(bool anew) {
-  if (!update_nuisances()) return false;
-  if (anew && left() >= settings.explained && subsets_.promises_as_before(selected_)) {
-    task_.note({"allowed", {}, {}, "sets of effects promise what they did: none are looked for again"});
-    refit();
-    return false;
-  }
-  add_all();
-  backward_eliminate();
-  return true;
-}
-
-/// Adds the best set of effects; or maps, if none is worth its parameters or nearly all remains unexplained; or updates
-/// a smooth field in use, if that gains more. Heights of several boards come first, because sets of effects would
-/// imitate them. @returns true if something was added
-bool Selection::add_best() {
-  const bool lacking = left() >= settings.explained;
-  const BoardTrial boards = lacking ? boards_.beside(best().state) : BoardTrial{};
-  if (boards.sure && allow_boards(boards.boards)) return true;
-  SmoothFieldTrial smooth_field;
-  if (best().state.nuisances.smooth_field && lacking) smooth_field = smooth_field_of(problem(), best());
-  std::optional<ModelFit> next = subsets_.best_set(selected_);
-  const auto beaten = [&] { return !next || bic(best()) - bic(*next) < smooth_field.gain; };
-  // A smooth field that lasts would look like maps, so none are tried with one.
-  if ((beaten() || (lacking && leaves_nearly_all(*next))) && !best().state.nuisances.smooth_field) {
-    std::optional<ModelFit> maps = maps_.best(selected_);
-    if (maps && (!next || bic(*maps) < bic(*next))) next = std::move(maps);
-  }
-  if (!beaten()) {
-    const std::size_t before = left_out();
-    return try_accept(std::move(next->state)) || (left_out() > before && add_best());
-  }
-  if (!smooth_field.smooth_field) return false;
-  ConditionNuisances more = best().state.nuisances;
-  more.smooth_field = std::move(smooth_field.smooth_field), more.runs = std::move(smooth_field.runs);
-  return allow(std::move(more));
-}
-
-/// True if an addition hardly reduces the unexplained residual.
-bool Selection::leaves_nearly_all(const ModelFit& added) const {
-  const double now = lack_of_fit(problem(), linearised(problem(), added));
-  return now >= settings.explained && left() - now < settings.min_excess_reduction * (left() - 1);
-}
-
-void Selection::add_all() {
-  // Dropped effects may be tried again, so the rounds are limited, not only the number of effects.
-  for (std::size_t round = 0; round < (best().state.nuisances.smooth_field ? 2 : 2 * task_.options.max_effects);
-       ++round) {
-    const bool first = task_.added(best()) == 0;
-    const double before = left(), reached = bic(best());
-    const auto having = identity_of(terms());
-    const ConditionNuisances before_nuisances = best().state.nuisances;
-    if (!add_best()) break;
-    if (std::optional<ModelFit> maps = first ? maps_.in_place_of(best(), selected_) : std::nullopt) {
-      std::optional<ModelFit> next = subsets_.best_set(selected_);  // one more effect may explain as much as maps
-      const bool more = next && bic(*next) < bic(*maps);
-      if (!more || !try_accept(std::move(next->state))) try_accept(std::move(maps->state));
-    }
-    reached_ = selected_;
-    backward_eliminate();
-    reached_ = selected_;
-    // The addition was eliminated again, because maps replaced it: this would repeat forever.
-    const bool allows_more = best().state.nuisances.smooth_field != before_nuisances.smooth_field ||
-                             !best().state.nuisances.boards != !before_nuisances.boards;
-    if (!allows_more && identity_of(terms()) == having && bic(best()) > reached - settings.min_bic_gain) break;
-    // A residual that additions hardly reduce has causes outside the catalogue, of which each addition would imitate a
-    // part.
-    if (const double now = left();
-        !first && now >= settings.explained && before - now < settings.min_excess_reduction * (before - 1))
-      break;
-  }
-}
-
-std::vector<ModelTerm> Selection::additions() const {
-  std::vector<ModelTerm> all;
+std::vector<TermOrRefinement> Selection::additions() const {
+  std::vector<TermOrRefinement> all;
   for (std::size_t t = 0; t < terms().size(); ++t) {
-    if (t >= task_.model.size()) all.push_back({t, std::nullopt});
+    if (t >= task_.given_terms.size()) all.push_back({t, std::nullopt});
     for (std::size_t r = 0; r < terms()[t].candidate->refinements().size(); ++r) {
       if (terms()[t].candidate->refined(r)) all.push_back({t, r});
     }
@@ -190,207 +99,25 @@ std::vector<ModelTerm> Selection::additions() const {
   return all;
 }
 
-const ModelFit& Selection::without(const ModelTerm& piece) {
-  const auto known = std::ranges::find(without_, piece, &std::pair<ModelTerm, ModelFit>::first);
+const ModelFit& Selection::without(const TermOrRefinement& addition) {
+  const auto known = std::ranges::find(without_, addition, &std::pair<TermOrRefinement, ModelFit>::first);
   if (known != without_.end()) return known->second;
-  return without_.emplace_back(piece, diagnosis::without(problem(), best(), piece)).second;
+  return without_.emplace_back(addition, diagnosis::without(problem(), best(), addition)).second;
 }
 
-void Selection::drop(const ModelTerm& piece) { refine(without(piece).state); }
-
-/// Removes an effect and adds sets of effects. @param promised fraction of its gain that the first set must predict
-/// @param limit largest rise of BIC @returns true if BIC rises by less
-bool Selection::reselect_without(const Candidate& one, double promised, double limit) {
-  const double reached = bic(best()), deviance = best().deviance;
-  State state = best().state;
-  std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
-  refine(std::move(state));
-  double least = promised * (best().deviance - deviance);
-  for (std::size_t round = 0; round < task_.options.max_effects; ++round) {
-    std::optional<ModelFit> next = subsets_.best_set(selected_, least);
-    if (!next) break;
-    const std::size_t before = left_out();
-    if (try_accept(std::move(next->state)))
-      least = 0;
-    else if (left_out() == before)
-      break;
-  }
-  if (best().deviance > reached + limit) return false;  // elimination only raises it
-  backward_eliminate();
-  return bic(best()) < reached + limit;
-}
-
-bool Selection::exchange(const Candidate& one) {
-  if (best().state.nuisances.boards) return false;  // with other boards models cannot be compared
-  SelectedModel before = selected_;
-  const std::vector<Term> those = terms();
-  const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
-  selected_.barred.push_back(&one.root());
-  try {
-    if (reselect_without(one, 0, settings.min_bic_gain) && terms().size() >= those.size() &&
-        std::ranges::all_of(those, stays))
-      return true;
-  } catch (const simulation::EffectError&) {  // the others fail without it
-  }
-  select(std::move(before));
-  return false;
-}
-
-/// Removes additions that are not worth their parameters, the least valuable first.
-void Selection::backward_eliminate() {
-  while (additions().size() > 1) {
-    const ModelFit* least = nullptr;
-    std::string name;
-    const std::vector<ModelTerm> all = additions();
-    const std::vector<double> rises = min_deviance_rises(problem(), best(), all);
-    for (std::size_t p = 0; p < all.size(); ++p) {
-      const ModelTerm& piece = all[p];
-      const auto parameters = static_cast<double>(values_of(terms()[piece.term], piece).size());
-      if (rises[p] > settings.clearly_worth *
-                         (settings.min_bic_gain + parameters * std::log(static_cast<double>(problem().data.size()))))
-        continue;
-      const ModelFit& less = without(piece);
-      if (!(bic(less) < bic(least != nullptr ? *least : best()) + (least != nullptr ? 0 : settings.min_bic_gain)))
-        continue;
-      least = &less;
-      name = name_of(terms()[piece.term], piece);
-    }
-    if (least == nullptr) return;
-    task_.note({"taken out", {name}, {{"bic_rise", bic(*least) - bic(best())}}, "not worth its parameters"});
-    if (!try_accept(least->state)) return;
-  }
-}
-
-/// Repeats the search, starting with maps, if a residual is unexplained: other effects may have replaced one that was
-/// hidden by them.
-void Selection::select_from_maps() {
-  if (best().state.nuisances.smooth_field || task_.added(best()) == 0 || left() < settings.explained) return;
-  const double gained = bic(selected_.original) - bic(best());
-  std::optional<MapTrial> alone = maps_.alone(selected_, settings.explained);
-  if (!alone || !significant(alone->trial.score) ||
-      bic(selected_.original) - bic(alone->trial.fit) < settings.map_start_share * gained)
-    return;
-  SelectedModel before = selected_;
-  const double reached = bic(best());
-  if (!try_accept(std::move(alone->trial.fit.state))) return;
-  add_all();
-  // With other boards models cannot be compared.
-  if (bic(best()) > reached ||
-      (best().state.nuisances.boards == nullptr) != (before.best.state.nuisances.boards == nullptr))
-    select(std::move(before));
-}
-
-/// If several effects with maps were added, searches for effects with few parameters in place of one of them: a map can
-/// imitate the effect of a lens on the amplitude, at the price of all its values. Not with board heights, because
-/// models with different heights cannot be compared.
-void Selection::replace_maps() {
-  std::vector<const Candidate*> with_maps;
-  for (std::size_t t = task_.model.size(); t < terms().size(); ++t) {
-    if (terms()[t].maps) with_maps.push_back(terms()[t].candidate);
-  }
-  if (best().state.nuisances.smooth_field || best().state.nuisances.boards || with_maps.size() < 2) return;
-  for (const Candidate* one : with_maps) {
-    SelectedModel before = selected_;
-    bool better = false;
-    try {
-      better = reselect_without(*one, settings.map_replacement_promise, -settings.min_bic_gain);
-    } catch (const simulation::EffectError&) {  // the others fail without it
-    }
-    task_.note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
-    if (better) return;
-    select(std::move(before));
-  }
-}
-
-/// Estimates nuisances of conditions: misplaced boards, and a residual that is smooth over the image. Called when no
-/// effect helps any more, because effects and these nuisances can be mistaken for each other.
-/// @returns true if a new nuisance was included
-bool Selection::update_nuisances() {
-  ConditionNuisances more = best().state.nuisances;
-  more.jitter_scale = jitter_scale_of(board_offsets_of(problem(), best().state));
-  double most = 0;
-  for (std::size_t i = 0; i < more.jitter_scale.size(); ++i)
-    most = std::max(most, std::abs(std::log(more.jitter_scale[i] / (best().state.nuisances.jitter_scale.empty()
-                                                                        ? 1
-                                                                        : best().state.nuisances.jitter_scale[i]))));
-  SmoothFieldTrial smooth_field;
-  if (best().state.nuisances.smooth_field || (additions().empty() && left() >= settings.explained))
-    smooth_field = smooth_field_of(problem(), best());
-  if (most < settings.jitter_scale_change && !smooth_field.smooth_field) return false;
-  if (smooth_field.smooth_field)
-    more.smooth_field = std::move(smooth_field.smooth_field), more.runs = std::move(smooth_field.runs);
-  return allow(std::move(more));
-}
-
-/// @returns false if an effect fails in the fit with these nuisances; nothing changes then
-bool Selection::allow(ConditionNuisances more) {
-  task_.report_progress("allowing for what conditions have of their own");
-  SelectedModel before = selected_;
-  Step step{"allowed",
-            {},
-            {{"smooth_residue_m", more.smooth_field ? more.smooth_field->sd() : 0},
-             {"boards_m", more.boards ? more.boards->sd : 0},
-             {"loosest_board", more.jitter_scale.empty() ? 1 : std::ranges::max(more.jitter_scale)}},
-            "effects are looked for again beside it"};
-  bool could = true;
-  try {
-    State with = best().state;
-    with.nuisances = std::move(more);
-    refine(std::move(with));
-    ModelFit given = selected_.original_beside_best();
-    given = fit_with_maps(problem(), std::move(given.state));
-    given.jacobian = std::move(selected_.original.jacobian);
-    selected_.original = std::move(given);
-  } catch (const simulation::EffectError& error) {
-    select(std::move(before));
-    step.outcome = error.what();
-    could = false;
-  }
-  task_.note(std::move(step));
-  return could;
-}
-
-/// Includes board heights. Effects partly absorbed by them regain that part when the heights are estimated again.
-/// @returns true if heights remain
-bool Selection::allow_boards(std::shared_ptr<const Boards> boards) {
-  ConditionNuisances more = best().state.nuisances;
-  more.boards = std::move(boards);
-  return allow(std::move(more)) && best().state.nuisances.boards;
-}
-
-/// Repeats the search, starting with board heights that may be the camera's: of a single target, or with effects, which
-/// would imitate them otherwise. Accepted only if everything is then explained, and neither effects nor maps alone
-/// explain everything.
-void Selection::select_from_boards() {
-  const BoardTrial boards = left() < settings.explained ? BoardTrial{} : boards_.beside(best().state);
-  if (!boards.boards || boards.sure) return;
-  if (const std::optional<ModelFit> next =
-          subsets_.best_set(selected_, settings.board_min_subset_promise * boards.gain);
-      next && lack_of_fit(problem(), linearised(problem(), *next)) < settings.explained)
-    return;
-  if (const std::optional<MapTrial> maps = maps_.alone(selected_, settings.explained);
-      maps && maps->left < settings.explained)
-    return;
-  SelectedModel before = selected_;
-  boards_.accept_unsure(true);
-  if (allow_boards(boards.boards)) add_all();
-  const bool explains = best().state.nuisances.boards && left() < settings.explained;
-  boards_.accept_unsure(explains);
-  if (!explains) select(std::move(before));
-}
+void Selection::drop(const TermOrRefinement& addition) { fit_and_accept(without(addition).state); }
 
 /// Refits with the grid bias of the state and updated maps. @throws simulation::EffectError
-void Selection::refine(State state) {
-  update_grid_bias(problem(), state);
+void Selection::fit_and_accept(State state) {
+  update_precomputed(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));
-  without_.clear();
   selected_.best = boards_.refit(std::move(selected_.best));
 }
 
 bool Selection::try_accept(State state) {
   SelectedModel before = selected_;
   try {
-    refine(std::move(state));
+    fit_and_accept(std::move(state));
     return true;
   } catch (const simulation::EffectError& error) {
     select(std::move(before));
@@ -398,7 +125,7 @@ bool Selection::try_accept(State state) {
     const auto failing = std::ranges::find(task_.candidates, error.effect, [](const auto& one) { return one->name(); });
     if (failing == task_.candidates.end() || is_in(best().state, **failing)) return false;
     std::vector<const Candidate*>& barred = selected_.barred;
-    if (!(*failing)->maps().empty())
+    if (!(*failing)->maps().empty())  // MapSearch knows only refused effects, so it stays out even after an undo
       task_.refused.emplace(error.effect, error.what());
     else if (std::ranges::find(barred, failing->get()) == barred.end())
       barred.push_back(failing->get());

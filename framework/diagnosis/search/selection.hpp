@@ -23,7 +23,9 @@ namespace tofgraph::diagnosis {
 // ---- Steps of a search, which show why an effect was accepted or rejected ----
 
 struct Step {
-  /// ranked, fitted, fitted again, maps, taken out, allowed, questioned, valued, exchanged, followed, proved
+  /// ranked: predicted gain of an effect alone; fitted, fitted again: a set; maps; taken out: by backward elimination;
+  /// allowed: nuisances; questioned: tests on all data; valued: identifiability failed; exchanged: replaced by others;
+  /// followed: model of a fold; proved: tests on held-out data
   std::string what;
   std::vector<std::string> effects;                     ///< effects concerned, "effect.parameter" for refinements
   std::vector<std::pair<std::string, double>> numbers;  ///< NaN: unknown
@@ -35,30 +37,31 @@ struct Step {
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;
   std::uint64_t seed = 1;
-  std::size_t flips = settings.sign_flips;
   std::function<void(const std::string& what)> progress;             ///< may be empty
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
   Deadline deadline = {};  ///< for the search; its results until then are verified
   /// Refits a model and holds those of the given values that the data do not determine; nullopt if all are determined.
-  /// May be empty.
-  std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit)> hold_given;
+  /// Replaces the terms of the given model. May be empty.
+  std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit, std::vector<Term>& given_terms)>
+      hold_given;
   Deadline verification = {};  ///< for the verification; if it passes, the given model is kept
   Deadline comparison = {};    ///< for the comparison of the written model with rivals
 };
 
-/// Model that a selection has reached. Assigning a copy undoes a step.
+/// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log, refused effects and
+/// BoardFlatnessSearch::accept_unsure().
 struct SelectedModel {
-  ModelFit original, best;               ///< given model, and the model with additions
-  std::vector<const Candidate*> barred;  ///< roots that are not tried: replaced by others, or failed
+  ModelFit refitted_given, best;         ///< given model with refitted parameters, and the model with additions
+  std::vector<const Candidate*> barred;  ///< roots not tried while it is selected: replaced by others, or failed
   /// Best model, with its effects as fitted while the drift had a mean, if that has just been removed: it replaced a
   /// constant, and in the fit without either, other effects may be distorted to compensate.
   std::optional<ModelFit> about_drift_mean = {};
 
   /// Given model, with the nuisances and the grid bias of the best one, so that both can be compared.
-  ModelFit original_beside_best() const {
-    ModelFit given = original;
+  ModelFit given_comparable_with_best() const {
+    ModelFit given = refitted_given;
     given.state.nuisances = best.state.nuisances;
-    given.state.linearisation.grid_bias = best.state.linearisation.grid_bias;
+    given.state.precomputed.grid_bias = best.state.precomputed.grid_bias;
     return given;
   }
 };
@@ -66,15 +69,15 @@ struct SelectedModel {
 /// Data, candidates and options of a selection, with its log.
 struct SelectionTask {
   const Problem problem;
-  const std::vector<Term>& model;  ///< terms of the given model
+  std::vector<Term> given_terms;  ///< of the given model
   const std::vector<std::unique_ptr<Candidate>>& candidates;
   const SearchOptions& options;
-  std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons
+  std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons; never undone
   std::vector<Step> trace = {};
 
   double bic(const ModelFit& fit) const { return fit.bic(problem.data.size()); }
-  std::size_t added(const ModelFit& fit) const { return fit.state.terms.size() - model.size(); }
-  bool may_add(const ModelFit& fit) const { return fit.state.terms.size() < model.size() + options.max_effects; }
+  std::size_t added(const ModelFit& fit) const { return fit.state.terms.size() - given_terms.size(); }
+  bool may_add(const ModelFit& fit) const { return fit.state.terms.size() < given_terms.size() + options.max_effects; }
   void report_progress(const std::string& what) const {
     if (options.progress) options.progress(what);
   }
@@ -99,16 +102,10 @@ class MapSearch {
   std::optional<ModelFit> in_place_of(const ModelFit& added, const SelectedModel& selected);
 
  private:
-  std::optional<MapTrial> beside(const ModelFit& base);
+  std::optional<MapTrial> best_added_to(const ModelFit& base);
 
   SelectionTask& task_;
 };
-
-// ---- Mean of a map of lengths, which is equivalent to a constant offset ----
-
-/// State in which the constant includes the means, if the model has a constant: estimated maps of lengths then have
-/// mean 0 over the pixels. The expectation is unchanged. @throws simulation::EffectError
-State with_means_in_constant(const Problem& problem, State state);
 
 // ---- Boards that are not flat: their heights are estimated with the model, again for each other model ----
 
@@ -118,7 +115,7 @@ class BoardFlatnessSearch {
   explicit BoardFlatnessSearch(const SelectionTask& task) : task_(task) {}
 
   /// Board heights in addition to a model; empty if it has some already or they are not accepted.
-  BoardTrial beside(const State& state);
+  BoardTrial trial_for(const State& state);
   /// Fits boards and effects alternately until neither changes. Effects partly absorbed by the heights regain that part
   /// when the heights are estimated again. A model without board heights stays unchanged.
   /// @throws simulation::EffectError, unless extrapolated values cause it
@@ -155,7 +152,7 @@ class SubsetSearch {
       : task_(task), maps_(maps), boards_(boards) {}
 
   /// Linearises the candidates about a model. To be called first. @throws TimeExpired
-  void linearise(const State& state);
+  void linearise_candidates(const State& state);
   const Alternatives& alternatives() const { return alternatives_; }
 
   /// Fits the best sets of the linearised problem, again with the best fit's variances, until no other set results.
@@ -168,7 +165,7 @@ class SubsetSearch {
   bool promises_as_before(const SelectedModel& selected) const;
 
  private:
-  Alternatives alternatives_beside_best(const SelectedModel& selected) const;
+  Alternatives missing_alternatives(const SelectedModel& selected) const;
   std::optional<ModelFit> best_of_round(const SelectedModel& selected, const Alternatives& all,
                                         const Eigen::MatrixXd& information, const std::vector<Subset>& sets,
                                         std::vector<FittedSet>& tried, ModelFit& best);
@@ -202,7 +199,7 @@ class Selection {
   /// Fits the given model; the deadline applies from then on. To be called first. @throws simulation::EffectError
   void begin();
   /// Linearises the candidates about the given model. To be called next. @throws TimeExpired
-  void linearise() { subsets_.linearise(best().state); }
+  void linearise_candidates() { subsets_.linearise_candidates(best().state); }
   /// Adds effects until none is worth its parameters, and removes those that are not.
   void forward_select();
   /// Searches for more effects with the nuisances of conditions included. @param anew nothing remains of a model that
@@ -212,21 +209,21 @@ class Selection {
   bool select_beside_nuisances(bool anew = false);
   /// Best model without an addition: fitted once, and kept until the best model changes.
   /// @throws simulation::EffectError
-  const ModelFit& without(const ModelTerm& addition);
+  const ModelFit& without(const TermOrRefinement& addition);
   /// See SubsetSearch::forms_of().
   std::vector<ModelFit> forms_of(const ModelFit& base, const Candidate& one) const {
     return subsets_.forms_of(base, one);
   }
   /// Accepts the best model without an addition.
-  void drop(const ModelTerm& addition);
+  void drop(const TermOrRefinement& addition);
   /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
   /// @returns true if there are such others
   bool exchange(const Candidate& one);
-  /// Refits the best model with the grid bias of every pixel.
+  /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
   /// @throws simulation::EffectError
-  ModelFit refitted(State state) const;
+  ModelFit fit_at_every_pixel(State state) const;
   /// Fits a model and accepts it as the best one. If an effect fails, nothing changes, and a new effect that failed is
   /// not tried again. @returns true if it was accepted
   bool try_accept(State state);
@@ -246,31 +243,31 @@ class Selection {
   SelectionTask& task() { return task_; }
   const SelectionTask& task() const { return task_; }
   const Problem& problem() const { return task_.problem; }
-  const ModelFit& original() const { return selected_.original; }  ///< given model
+  const ModelFit& refitted_given() const { return selected_.refitted_given; }
   const ModelFit& best() const { return selected_.best; }
   const std::vector<Term>& terms() const { return best().state.terms; }
   /// All additions: effects, and refinements of them and of the given model's effects.
-  std::vector<ModelTerm> additions() const;
+  std::vector<TermOrRefinement> additions() const;
   /// Changes that candidates could make to the given model.
   const Alternatives& alternatives() const { return subsets_.alternatives(); }
   double bic(const ModelFit& fit) const { return task_.bic(fit); }
 
  private:
   void update_drift_mean();
+  void refit_given(State start);
   bool add_best();
   void add_all();
-  bool leaves_nearly_all(const ModelFit& added) const;
   bool reselect_without(const Candidate& one, double promised, double limit);
   void backward_eliminate();
-  void refine(State state);
+  void fit_and_accept(State state);
   void select_from_boards();
   void select_from_maps();
   void replace_maps();
   bool update_nuisances();
   bool allow_boards(std::shared_ptr<const Boards> boards);
   bool allow(ConditionNuisances more);
-  std::size_t left_out() const { return selected_.barred.size() + task_.refused.size(); }
-  double left() const { return lack_of_fit(problem(), best()); }
+  std::size_t untried_count() const { return selected_.barred.size() + task_.refused.size(); }
+  double lack_of_fit_of_best() const { return lack_of_fit(problem(), best()); }
 
   Deadline deadline_;  ///< the problem's deadline
   SelectionTask task_;
@@ -279,7 +276,7 @@ class Selection {
   SubsetSearch subsets_{task_, maps_, boards_};
   SelectedModel selected_;
   std::optional<SelectedModel> reached_;
-  std::deque<std::pair<ModelTerm, ModelFit>> without_;  ///< fits without one addition; references stay valid
+  std::deque<std::pair<TermOrRefinement, ModelFit>> without_;  ///< fits without one addition; references stay valid
 };
 
 }  // namespace tofgraph::diagnosis

@@ -107,23 +107,23 @@ void note_ranks(SelectionTask& task, const Alternatives& all, const Score& score
 
 }  // namespace
 
-void SubsetSearch::linearise(const State& state) {
+void SubsetSearch::linearise_candidates(const State& state) {
   if (task_.options.max_effects > 0)
     alternatives_ = alternatives_of(task_.problem, state, task_.candidates, task_.refused);
 }
 
 /// Alternatives that the best model lacks. Effects that repeat a simpler one are omitted: they are its rivals.
-Alternatives SubsetSearch::alternatives_beside_best(const SelectedModel& selected) const {
+Alternatives SubsetSearch::missing_alternatives(const SelectedModel& selected) const {
   std::vector<const Candidate*> left_out = selected.barred;
   std::ranges::copy(alternatives_.repeated, std::back_inserter(left_out));
-  return alternatives_beside(task_.problem, selected.best.state, alternatives_, left_out);
+  return alternatives_missing_in(task_.problem, selected.best.state, alternatives_, left_out);
 }
 
 bool SubsetSearch::promises_as_before(const SelectedModel& selected) const {
   const ModelFit& best = selected.best;
-  const Alternatives all = alternatives_beside_best(selected);
+  const Alternatives all = missing_alternatives(selected);
   if (promised_.empty() || all.list.empty()) return false;
-  const Score score = score_of(task_.problem, best, all.group, 0, 0, following_maps(task_.problem, best.state));
+  const Score score = score_of(task_.problem, best, all.group, {}, following_maps(task_.problem, best.state));
   const auto now =
       promises_of(all, best_subsets(score.information, score.score(), all.choices, subset_options(task_, best)));
   return std::ranges::equal(now, promised_, [](const Promise& one, const Promise& before) {
@@ -135,7 +135,7 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   const ModelFit& from = selected.best;
   if (!task_.may_add(from)) return std::nullopt;
   task_.report_progress(fmt::format("looking for effect {}", task_.added(from) + 1));
-  const Alternatives all = alternatives_beside_best(selected);
+  const Alternatives all = missing_alternatives(selected);
   if (all.list.empty()) return std::nullopt;
   const SubsetOptions options = subset_options(task_, from);
   const bool first_effects = task_.added(from) == 0;
@@ -145,7 +145,7 @@ std::optional<ModelFit> SubsetSearch::best_set(const SelectedModel& selected, do
   const Group* const group = &all.group;
   const Scanner scanner(task_.problem, from, std::span(&group, 1), following_maps(task_.problem, from.state));
   for (std::size_t round = 0; round < settings.max_subset_rounds; ++round) {
-    const Score score = scanner.scan(noise, from.dimension, 0, 0).scores[0];
+    const Score score = scanner.scan(noise, from.dimension).scores[0];
     std::vector<Subset> sets = best_subsets(score.information, score.score(), all.choices, options);
     if (promised_.empty() && first_effects) promised_ = promises_of(all, sets);
     std::erase_if(sets, [&](const Subset& set) { return set.gain < min_promise; });
@@ -174,7 +174,7 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
     if (larger && from.deviance - best.deviance >= needed) break;
     // They are also unnecessary if boards that are not flat explain the residual of a single effect.
     const bool first_larger = larger && size == 1;
-    if (first_larger && task_.bic(best) < task_.bic(from) - settings.min_bic_gain && boards_.beside(best.state).sure)
+    if (first_larger && task_.bic(best) < task_.bic(from) - settings.min_bic_gain && boards_.trial_for(best.state).sure)
       return best;
     size = subset.choices.size();
     if (std::ranges::find(tried, subset.choices, &FittedSet::choices) != tried.end()) continue;
@@ -192,7 +192,7 @@ std::optional<ModelFit> SubsetSearch::best_of_round(const SelectedModel& selecte
     if (better) best = std::move(*next);
     // They are also unnecessary if maps explain more than the best fit does and than any set predicts.
     if (!first_larger || task_.added(from) != 0) continue;
-    std::optional<ModelFit> maps = maps_.in_place_of(linearised(task_.problem, best), selected);
+    std::optional<ModelFit> maps = maps_.in_place_of(with_jacobian(task_.problem, best), selected);
     if (maps && task_.bic(from) - task_.bic(*maps) >= sets.front().merit) return maps;
   }
   return std::nullopt;
@@ -202,10 +202,10 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
   std::vector<const Candidate*> others;
   for (const auto& candidate : task_.candidates)
     if (candidate.get() != &one) others.push_back(candidate.get());
-  const Alternatives all = alternatives_beside(task_.problem, base.state, alternatives_, others);
+  const Alternatives all = alternatives_missing_in(task_.problem, base.state, alternatives_, others);
   const auto is_form = [&](const Alternative& a) { return !a.refines && &a.candidate->root() == &one; };
   if (std::ranges::none_of(all.list, is_form)) return {};
-  const Score score = score_of(task_.problem, base, all.group, 0, 0, following_maps(task_.problem, base.state));
+  const Score score = score_of(task_.problem, base, all.group, {}, following_maps(task_.problem, base.state));
   const SubsetOptions options = single_options(task_.problem, all);
   std::vector<Subset> forms;
   for (std::size_t c = 0; c < all.list.size(); ++c) {

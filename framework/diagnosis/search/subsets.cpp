@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/alternatives.hpp"
+#include "diagnosis/search/subsets.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -80,14 +80,14 @@ class Enumeration {
 
   /// Gains of a node with each further choice; NaN if the node has the effect already. @param first choice evaluated
   std::vector<double> gains(const Node& node, std::size_t first) const {
-    const std::vector<Eigen::Index> held = columns_of(node.choices);
-    const Eigen::MatrixXd across = information_(held, Eigen::all);
+    const std::vector<Eigen::Index> present = columns_of(node.choices);
+    const Eigen::MatrixXd across = information_(present, Eigen::all);
     Eigen::MatrixXd taken = across;
     Eigen::VectorXd score = score_;
-    if (!held.empty()) {
-      const Eigen::MatrixXd inner = information_(held, held);
+    if (!present.empty()) {
+      const Eigen::MatrixXd inner = information_(present, present);
       taken = inner.ldlt().solve(across);
-      const Eigen::VectorXd known = score_(held);
+      const Eigen::VectorXd known = score_(present);
       for (Eigen::Index c = 0; c < score.size(); ++c) score(c) -= taken.col(c).dot(known);
     }
     std::vector<double> result(choices_.size(), std::numeric_limits<double>::quiet_NaN());
@@ -97,8 +97,8 @@ class Enumeration {
     return result;
   }
 
-  /// s' M^-1 s of one choice, with the held columns projected out: by Cholesky factors, in place, because this is done
-  /// a million times.
+  /// s' M^-1 s of one choice, with the present columns projected out: by Cholesky factors, in place, because this is
+  /// done a million times.
   double gain_beside(const Eigen::MatrixXd& across, const Eigen::MatrixXd& taken, const Eigen::VectorXd& score,
                      std::size_t choice) const {
     const std::vector<Eigen::Index>& own = choices_[choice].columns;
@@ -113,7 +113,7 @@ class Enumeration {
         const Eigen::Index to = own[static_cast<std::size_t>(b)];
         double value = information_(at, to) - across.col(at).dot(taken.col(to));
         for (Eigen::Index k = 0; k < b; ++k) value -= factor(a, k) * factor(b, k);
-        // In a direction that is already held only rounding errors remain.
+        // In a direction that is already present only rounding errors remain.
         factor(a, b) = a == b ? std::sqrt(std::max(value, 1e-12 * information_(at, at))) : value / factor(b, b);
       }
       for (Eigen::Index k = 0; k < a; ++k) left(a) -= factor(a, k) * left(k);

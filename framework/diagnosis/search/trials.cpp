@@ -120,7 +120,7 @@ Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& scor
     // The last start is used if the others are outside the effect's domain or end in a poor minimum.
     if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
     try {
-      ModelFit next = fit_last(problem_, all[s], base.jacobian);
+      ModelFit next = fit_reusing(problem_, all[s], base.jacobian);
       if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
@@ -140,7 +140,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
     groups.push_back(&probes_.groups[p]);
   }
   if (groups.empty()) return {};
-  const Scan scanned = scan(problem_, base, groups, 0, 0);
+  const Scan scanned = scan(problem_, base, groups);
   std::vector<std::size_t> ranked(probes.size());
   for (std::size_t i = 0; i < ranked.size(); ++i) ranked[i] = i;
   const double price = std::log(static_cast<double>(problem_.data.size()));
@@ -172,22 +172,15 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   return result;
 }
 
-ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece) {
+ModelFit without(const Problem& problem, const ModelFit& best, const TermOrRefinement& addition) {
   std::vector<Column> columns = best.jacobian;
-  State state = best.state;
-  std::size_t first = first_parameter(state, piece.term);
-  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
-  const std::size_t count = values_of(*term, piece).size();
-  if (piece.refinement) {
-    first += term->candidate->place(*piece.refinement);
-    *term = coarser(std::move(*term), *piece.refinement);
-  } else {
-    state.terms.erase(term);
-  }
-  const auto at = columns.begin() + static_cast<std::ptrdiff_t>(first);
+  const std::size_t count = values_of(best.state.terms[addition.term], addition).size();
+  const auto at =
+      columns.begin() + static_cast<std::ptrdiff_t>(first_parameter(best.state, addition.term, addition.refinement));
   columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
+  State state = removed(best.state, addition);
   update_reflectivity_jacobian(problem, state);
-  ModelFit less = fit_last(problem, std::move(state), columns);
+  ModelFit less = fit_reusing(problem, std::move(state), columns);
   if (has_maps(less.state)) less = fit_with_maps(problem, less.state);  // maps take over what they can
   less.jacobian = std::move(columns);
   return less;
@@ -206,27 +199,20 @@ std::vector<std::string> confused_with(const Candidate& one,
 namespace {
 
 /// Change by a term, with the other effects unchanged.
-std::optional<Column> change_of(const Problem& problem, const State& state, const Rows& rows, const ModelTerm& piece) {
-  if (state.terms[piece.term].maps) return std::nullopt;
-  State less = state;
-  const auto term = less.terms.begin() + static_cast<std::ptrdiff_t>(piece.term);
-  if (piece.refinement)
-    *term = coarser(std::move(*term), *piece.refinement);
-  else
-    less.terms.erase(term);
+std::optional<Column> change_of(const Problem& problem, const State& state, const Rows& rows,
+                                const TermOrRefinement& addition) {
+  if (state.terms[addition.term].maps) return std::nullopt;
   try {
-    return difference(rows, expected(problem, less));
+    return difference(rows, expected(problem, removed(state, addition)));
   } catch (const simulation::EffectError&) {
     return std::nullopt;
   }
 }
 
-/// Indices of a model's columns that do not belong to a piece.
-std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& piece, std::size_t columns) {
-  const Term& term = state.terms[piece.term];
-  const std::size_t first = first_parameter(state, piece.term) +
-                            (piece.refinement ? term.candidate->place(*piece.refinement) : 0),
-                    last = first + values_of(term, piece).size();
+/// Indices of a model's columns that do not belong to a addition.
+std::vector<Eigen::Index> others_of(const State& state, const TermOrRefinement& addition, std::size_t columns) {
+  const std::size_t first = first_parameter(state, addition.term, addition.refinement),
+                    last = first + values_of(state.terms[addition.term], addition).size();
   std::vector<Eigen::Index> others;
   for (std::size_t c = 0; c < columns; ++c) {
     if (c < first || c >= last) others.push_back(static_cast<Eigen::Index>(c));
@@ -237,19 +223,19 @@ std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& piece, 
 }  // namespace
 
 std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
-                                       std::span<const ModelTerm> pieces) {
+                                       std::span<const TermOrRefinement> additions) {
   const State& state = best.state;
   const auto rows = expected(problem, state);
-  Group group{"pieces", best.jacobian};
+  Group group{"additions", best.jacobian};
   std::vector<std::optional<Eigen::Index>> at;
-  for (const ModelTerm& piece : pieces) {
-    std::optional<Column> change = change_of(problem, state, rows, piece);
+  for (const TermOrRefinement& addition : additions) {
+    std::optional<Column> change = change_of(problem, state, rows, addition);
     at.emplace_back();
     if (!change) continue;
     at.back() = static_cast<Eigen::Index>(group.columns.size());
     group.columns.push_back(*std::move(change));
   }
-  std::vector<double> rises(pieces.size(), 0);
+  std::vector<double> rises(additions.size(), 0);
   std::vector<Column> maps;
   try {
     maps = map_columns(problem, state);
@@ -258,11 +244,11 @@ std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& b
   }
   ModelFit alone = best;
   alone.jacobian.clear();
-  const Eigen::MatrixXd information = score_of(problem, alone, group, 0, 0, maps).information;
+  const Eigen::MatrixXd information = score_of(problem, alone, group, {}, maps).information;
   const auto conditions = static_cast<double>(problem.data.size());
-  for (std::size_t p = 0; p < pieces.size(); ++p) {
+  for (std::size_t p = 0; p < additions.size(); ++p) {
     if (!at[p]) continue;
-    const std::vector<Eigen::Index> others = others_of(state, pieces[p], best.jacobian.size());
+    const std::vector<Eigen::Index> others = others_of(state, additions[p], best.jacobian.size());
     Eigen::MatrixXd inner = information(others, others);
     inner.diagonal().array() += 1 / (settings.prior_width * settings.prior_width);
     const Eigen::VectorXd across = information(others, *at[p]);

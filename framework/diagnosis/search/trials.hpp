@@ -61,7 +61,7 @@ class Trials {
   Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates)
       : problem_(problem), candidates_(candidates) {}
 
-  /// Probes the candidates again.
+  /// Probes the candidates; to be called first.
   /// @param state to which the changes are made @param refused candidates that are not tried, with reasons
   void prepare(const State& state, const std::map<std::string, std::string>& refused) {
     probes_ = probes_of(problem_, state, candidates_);
@@ -88,14 +88,15 @@ class Trials {
 /// Names of the effects listed as confused with one, by its author or by theirs.
 std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
-/// Model without a piece. The derivatives are those of the model with it. @throws simulation::EffectError
-ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& piece);
+/// Model without a addition. The derivatives are those of the model with it. @throws simulation::EffectError
+ModelFit without(const Problem& problem, const ModelFit& best, const TermOrRefinement& addition);
 
 // ---- Lower limits of the deviance that removing a term costs, before the fit without it ----
 
-/// Lower limits of the rise of the deviance when each of some pieces is removed: from the linearised part of its change
-/// that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown: for
-/// pieces with maps, and if the other effects fail without the piece.
-std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best, std::span<const ModelTerm> pieces);
+/// Lower limits of the rise of the deviance when each of some additions is removed: from the linearised part of its
+/// change that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown:
+/// for additions with maps, and if the other effects fail without the addition.
+std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
+                                       std::span<const TermOrRefinement> additions);
 
 }  // namespace tofgraph::diagnosis

@@ -191,7 +191,7 @@ void write_linearisation(const std::filesystem::path& data, const std::string& w
   const auto candidates = hidden::candidates_but(without);
   const Problem problem = make_problem(design, measurements.observations);
   State state{{}, first_log_reflectivity(problem), {}};
-  update_grid_bias(problem, state);
+  update_precomputed(problem, state);
   state = fit_nuisances(problem, state).state;
   const Column rows = expected(problem, state);
   const File file(out);

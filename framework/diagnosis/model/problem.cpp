@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/model/linearisation.hpp"
+#include "diagnosis/model/problem.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/nuisances.hpp"
@@ -38,10 +38,19 @@ double log_reflectivity_of(const Problem& problem, const State& state, std::size
   return target < 0 || state.log_reflectivity.empty() ? 0 : state.log_reflectivity[static_cast<std::size_t>(target)];
 }
 
-std::size_t first_parameter(const State& state, std::size_t term) {
-  std::size_t first = 0;
+std::size_t first_parameter(const State& state, std::size_t term, std::optional<std::size_t> refinement) {
+  std::size_t first = refinement ? state.terms[term].candidate->first_parameter_of(*refinement) : 0;
   for (std::size_t earlier = 0; earlier < term; ++earlier) first += state.terms[earlier].values.size();
   return first;
+}
+
+State removed(State state, const TermOrRefinement& addition) {
+  const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(addition.term);
+  if (addition.refinement)
+    *term = coarser(std::move(*term), *addition.refinement);
+  else
+    state.terms.erase(term);
+  return state;
 }
 
 State first_state(const Problem& problem, const std::vector<Term>& terms) {
@@ -50,9 +59,9 @@ State first_state(const Problem& problem, const std::vector<Term>& terms) {
   return state;
 }
 
-State beside(const State& other, State state) {
+State comparable_with(const State& other, State state) {
   state.nuisances = other.nuisances;
-  state.linearisation = other.linearisation;
+  state.precomputed = other.precomputed;
   return state;
 }
 
@@ -140,7 +149,7 @@ Rows expected(const Problem& problem, const State& state) {
   std::vector<std::uint8_t> failed(design.size(), 0);
   tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
     rows[i] = design.predict(model, i, log_reflectivity_of(problem, state, i));
-    if (const Rows* bias = state.linearisation.grid_bias.get(); bias != nullptr)
+    if (const Rows* bias = state.precomputed.grid_bias.get(); bias != nullptr)
       for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += (*bias)[i][row];
     if (const Boards* boards = state.nuisances.boards.get(); boards != nullptr)
       for (std::size_t row = 0; row < rows[i].size(); ++row) rows[i][row] += boards->rows[i][row];
@@ -160,7 +169,7 @@ Rows expected(const Problem& problem, const State& state) {
   return rows;
 }
 
-void update_grid_bias(const Problem& problem, State& state, bool exactly) {
+void update_precomputed(const Problem& problem, State& state, bool exactly) {
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
   const bool every_pixel = exactly || std::ranges::any_of(state.terms, [](const Term& term) {
@@ -176,13 +185,13 @@ void update_grid_bias(const Problem& problem, State& state, bool exactly) {
       bias[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
     }
   });
-  state.linearisation.grid_bias = std::make_shared<const Rows>(std::move(bias));
+  state.precomputed.grid_bias = std::make_shared<const Rows>(std::move(bias));
   update_reflectivity_jacobian(problem, state);
 }
 
 void update_reflectivity_jacobian(const Problem& problem, State& state) {
   constexpr double step = 0.01;
-  state.linearisation.reflectivity_jacobian = nullptr;
+  state.precomputed.reflectivity_jacobian = nullptr;
   if (state.terms.empty()) return;  // that of the ideal camera
   const Design& design = problem.design;
   const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
@@ -196,7 +205,7 @@ void update_reflectivity_jacobian(const Problem& problem, State& state) {
       change[i][row] = std::isfinite(derivative) ? derivative : 0;
     }
   });
-  state.linearisation.reflectivity_jacobian = std::make_shared<const Rows>(std::move(change));
+  state.precomputed.reflectivity_jacobian = std::make_shared<const Rows>(std::move(change));
 }
 
 Column difference(Column rows, const Column& other) {

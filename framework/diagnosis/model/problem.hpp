@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Expectation of a model for every condition, and its derivatives. A Problem never changes; everything that belongs to
-/// one model, including its linearisation, is in its State.
+/// Data to be explained, and a model of them with its expectations and derivatives. Everything that belongs to one
+/// model is in its State.
 #pragma once
 
 #include "diagnosis/data/design.hpp"
@@ -13,6 +13,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -80,7 +81,7 @@ struct ConditionNuisances {
   std::shared_ptr<const Boards> boards = nullptr;  ///< null: flat
 };
 
-/// Data to be explained. Immutable.
+/// Data to be explained. Changed only by its maker, before any model is fitted to it.
 struct Problem {
   const Design& design;
   const std::vector<Observations>& data;  ///< one per condition
@@ -135,21 +136,21 @@ Problem with_data(const Problem& problem, const std::vector<Observations>& data)
 /// The same problem with another deadline. @param deadline must live on
 Problem with_deadline(Problem problem, const Deadline& deadline);
 
-/// Parts of a linearisation that are more expensive than the jacobian. Shared by states, never changed.
-struct Linearisation {
+/// Parts of an expectation that stay fixed during a fit. Shared by states, never changed.
+struct Precomputed {
   std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; null: 0
   /// Change of the observables by a factor e of light; null: that of the ideal camera. Light that does not come from
   /// the board reduces the change.
   std::shared_ptr<const Rows> reflectivity_jacobian = nullptr;
 };
 
-/// A model: a point in the space of models, with its nuisances and its linearisation.
+/// A model: a point in the space of models, with its nuisances.
 struct State {
   std::vector<Term> terms;
   std::vector<double> log_reflectivity;  ///< per target, relative to that of the design
   RandomEffectSd random_sd;
   ConditionNuisances nuisances = {};
-  Linearisation linearisation = {};
+  Precomputed precomputed = {};
 
   /// Change per metre of board distance, times the jitter scale of the condition.
   double jitter_response(const Problem& problem, std::size_t condition, std::size_t row) const {
@@ -158,7 +159,7 @@ struct State {
   }
   double light_response(const Problem& problem, std::size_t condition, std::size_t row) const {
     if (!problem.design.shows_board(condition)) return 0;
-    if (linearisation.reflectivity_jacobian) return (*linearisation.reflectivity_jacobian)[condition][row];
+    if (precomputed.reflectivity_jacobian) return (*precomputed.reflectivity_jacobian)[condition][row];
     return problem.is_of(amplitude, row) || problem.is_of(intensity, row) ? 1 : 0;
   }
   /// Change per unit of a shared unknown. @param direction uniform, light or contrast
@@ -174,13 +175,15 @@ std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state);
 /// Number of conditions per run: a smooth field that lasts over a run counts once.
 double run_length(const Problem& problem, const State& state);
 
-/// The state, with the nuisances of conditions and the linearisation of another one.
-State beside(const State& other, State state);
+/// The state with the nuisances of conditions and the precomputed parts of another one.
+State comparable_with(const State& other, State state);
 /// The state with flat boards, for gaps: these are the camera's, and include the shape of the boards.
 State with_flat_boards(State state);
 
-/// Index of a term's first parameter among the parameters of all terms.
-std::size_t first_parameter(const State& state, std::size_t term);
+/// Index of the first parameter of a term, or of its refinement, among the parameters of all terms.
+std::size_t first_parameter(const State& state, std::size_t term, std::optional<std::size_t> refinement = {});
+/// The state without a term, or without a refinement of it.
+State removed(State state, const TermOrRefinement& addition);
 
 /// ln of the factor on a condition's reflectivity; 0 if it is known.
 double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition);
@@ -190,10 +193,9 @@ std::vector<double> first_log_reflectivity(const Problem& problem);
 /// State in which a search with some terms starts.
 State first_state(const Problem& problem, const std::vector<Term>& terms);
 
-/// Updates the linearisation of a state: the bias of the coarse grid, and the change of the observables by
-/// light.
+/// Updates the bias of the coarse grid, and the change of the observables by light.
 /// @param exactly uses every pixel, which takes ten times as long
-void update_grid_bias(const Problem& problem, State& state, bool exactly = false);
+void update_precomputed(const Problem& problem, State& state, bool exactly = false);
 /// Updates only the change of the observables by light.
 void update_reflectivity_jacobian(const Problem& problem, State& state);
 
