@@ -50,7 +50,7 @@ struct EffectResult {
   double chosen_by_halves = NAN;                   ///< fraction of random halves of the data; NaN: not searched
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
-  std::string experiment;         ///< distinguishes it from the effects that are tied with it
+  std::string experiment;         ///< distinguishes it from the first of tied_with; empty: not known
   std::vector<double> influence;  ///< share of each condition in the gain, see influence()
 
   /// True if most random halves of the data do not choose it.

@@ -121,7 +121,7 @@ std::string deciding(const Diagnosis& d) {
       return fmt::format(" To tell {}, measure a {}.", sides_of(next, " from "), setting_of(next));
   }
   for (const EffectResult& effect : d.effects) {
-    if (!effect.tied_with.empty())
+    if (!effect.tied_with.empty() && !effect.experiment.empty())
       return fmt::format(" To tell {} from {}: {}.", effect.name, effect.tied_with.front(), effect.experiment);
   }
   return "";

@@ -191,13 +191,23 @@ State with_updated_maps(const Problem& problem, State state, std::size_t term) {
   return state;
 }
 
+/// Fit of a step, or nothing if the step leads to values at which an effect is undefined.
+template <class Step> std::optional<ModelFit> attempted(const Step& step, const State& from) {
+  try {
+    return step(from);
+  } catch (const simulation::EffectError&) {
+    return std::nullopt;
+  }
+}
+
 /// Improves a fit while the deviance falls by more than `enough`; a step may go too far if effects are nearly
 /// equivalent to maps. @param step from a state to the next fit
 template <class Step> ModelFit improved(ModelFit best, int most, double enough, const Step& step) {
   for (int round = 0; round < most; ++round) {
-    ModelFit next = step(best.state);
-    const double gain = best.deviance - next.deviance;
-    if (gain > 0) best = std::move(next);
+    std::optional<ModelFit> next = attempted(step, best.state);
+    if (!next) break;
+    const double gain = best.deviance - next->deviance;
+    if (gain > 0) best = *std::move(next);
     if (!(gain > enough)) break;
   }
   return best;
@@ -315,9 +325,10 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
 ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
   if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
   const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
-  ModelFit best = following(start);
-  if (best.deviance > deviance_of(problem, start)) best = fit_roughly(problem, std::move(start));  // unchanged maps
-  return improved(std::move(best), settings.map_trial_rounds, settings.map_converged, following);
+  std::optional<ModelFit> best = attempted(following, start);
+  if (!best || best->deviance > deviance_of(problem, start))
+    best = fit_roughly(problem, std::move(start));  // unchanged maps
+  return improved(*std::move(best), settings.map_trial_rounds, settings.map_converged, following);
 }
 
 ModelFit fit_with_maps(const Problem& problem, State start) {
