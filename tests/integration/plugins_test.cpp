@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <elf.h>
+
 namespace tofgraph::tests {
 namespace {
 
@@ -129,6 +131,52 @@ TEST(PluginPath, FilesThatAreNoPluginsAreToldOnceByList) {
         << what;
   }
   EXPECT_EQ(shell(program + " list --quiet", folder.path()).err, "");
+}
+
+TEST(PluginPath, FilesForAnotherArchitectureAreNamedWithIt) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "tofgraph_filter_foreign.so").string();
+  std::string elf = read_text(TOFGRAPH_BINARY_DIR "/tests/plugins/tofgraph_filter_scale.so");
+  elf[18] = static_cast<char>(EM_AARCH64);
+  elf[19] = 0;
+  write_text(file, elf);
+  const std::string program = "\"$TOFGRAPH\" --plugin-path " + folder.path().string();
+  const std::string reason = "is for another architecture: ARM of 64 bits, this program is x86-64\n";
+  write_text(folder.path() / "p.yaml",
+             "pipeline: 1\nnodes:\n  - {stage: ramp}\n  - {stage: foreign}\n  - {stage: null}\n");
+  for (const char* command : {" check p.yaml", " run p.yaml"}) {
+    const Outcome outcome = shell(program + command, folder.path());
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_EQ(outcome.err.find("p.yaml:4:13: error: plugin " + file + ": " + reason), 0U) << outcome.err;
+  }
+  const Outcome list = shell(program + " list", folder.path());
+  EXPECT_EQ(list.exit_code, 0);
+  EXPECT_NE(list.err.find("warning: plugin " + file + ": " + reason), std::string::npos) << list.err;
+  const Outcome check = shell(program + " plugin check " + file + " --only loads", folder.path());
+  EXPECT_EQ(check.exit_code, 1);
+  EXPECT_NE(check.out.find(reason), std::string::npos) << check.out;
+}
+
+TEST(PluginPath, OfTwoPluginsOfOneNameTheFirstIsUsedAndTold) {
+  const TemporaryFolder folder;
+  const std::filesystem::path theirs = TOFGRAPH_BINARY_DIR "/tests/plugins/tofgraph_filter_scale.so";
+  const std::filesystem::path mine = folder.path() / theirs.filename();
+  std::filesystem::copy_file(theirs, mine);
+  const std::string program = "\"$TOFGRAPH\" --plugin-path " + folder.path().string();
+  const std::string words = mine.string() + " is used; it hides " + theirs.string();
+  for (const char* command : {" check 'ramp ! scale ! null'", " run 'ramp ! scale ! null'"}) {
+    const Outcome outcome = shell(program + command, folder.path());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_NE((outcome.out + outcome.err).find("scale: warning: " + words), std::string::npos)
+        << command << outcome.out << outcome.err;
+  }
+  EXPECT_NE(shell(program + " list", folder.path()).err.find(mine.string() + " hides " + theirs.string()),
+            std::string::npos);
+  // A file that is named after one plugin and contains another.
+  std::filesystem::rename(mine, folder.path() / "tofgraph_filter_other.so");
+  const Outcome other = shell(program + " check 'ramp ! other ! null'", folder.path());
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("tofgraph_filter_other.so: calls itself filter 'scale'"), std::string::npos) << other.err;
 }
 
 TEST(PluginPath, OfTheEnvironmentThatIsNoFolderIsARemark) {
