@@ -234,7 +234,9 @@ struct OffsetCorrection final : Filter {
     }
     const bool marks = *extrapolation != "hold";
     for (std::size_t v = 0; v < rows_; ++v) {
-      HWY_DYNAMIC_DISPATCH(Correct)(row_of(image, seen, v), plane);
+      const OffsetRow row = row_of(image, seen, v);
+      grid_.complete(row, plane);
+      HWY_DYNAMIC_DISPATCH(Correct)(row, plane);
       for (std::size_t u = 0; marks && u < columns_; ++u) {
         if (seen.beyond()[u] != 0) mark(image, bits, v * columns_ + u);
       }

@@ -26,7 +26,7 @@ namespace tofgraph {
 /// Grid of T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
 /// reflectivities are spaced 128 per octave and located by the bits of the number, whose exponent and leading digits
 /// grow like a logarithm; times are those of the calibration, linear in the logarithm between them. For scattered
-/// samples, each of which may have its own time, the nodes of a time are computed when a frame first has it.
+/// samples, each of which may have its own time, a node is computed when a pixel first needs it.
 class OffsetGrid {
  public:
   OffsetGrid() = default;
@@ -86,6 +86,23 @@ class OffsetGrid {
     return plane;
   }
 
+  /// Computes the missing nodes that the pixels of a row need. @param plane the last that this thread requested
+  void complete(const OffsetRow& row, const OffsetPlane& plane) const {
+    if (scattered_ == nullptr || target_) return;
+    Nodes& nodes = *kept_nodes();
+    for (std::size_t u = 0; u < row.columns; ++u) {
+      // The node of a pixel as in the vector code of the correction.
+      const float place = (row.depth[u] - plane.first) * plane.per_metre;
+      const auto z = static_cast<std::int32_t>(std::min(place > 0 ? place : 0, static_cast<float>(depths) - 1.001F));
+      const float reflectivity = row.reflectivity[u] > 0 ? row.reflectivity[u] : 0;
+      const std::int32_t bits = std::clamp(std::bit_cast<std::int32_t>(reflectivity) - plane.base, 0, plane.last_bits);
+      for (std::int32_t row_of_node = z; row_of_node < z + 2; ++row_of_node) {
+        for (std::int32_t level = bits >> step_bits; level < (bits >> step_bits) + 2; ++level)
+          complete_node(nodes, row_of_node, level);
+      }
+    }
+  }
+
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
@@ -95,11 +112,13 @@ class OffsetGrid {
   struct Nodes {
     std::vector<float> errors;       // m, planes x depths x levels
     std::vector<float> least, most;  // limits of the reflectivity without extrapolation, times x depths
+    double time = 0;                 // s, for scattered samples only
   };
   /// Nodes of the most recent times of frames.
   struct Computed {
-    std::mutex turn;
-    std::deque<std::pair<double, std::shared_ptr<const Nodes>>> at;  // s; oldest first
+    std::mutex turn;                                           // of the list
+    std::deque<std::pair<double, std::shared_ptr<Nodes>>> at;  // s; oldest first
+    std::mutex nodes;                                          // whose holder computes missing nodes
   };
   static constexpr std::size_t max_computed = 32;  ///< covers a bracketed exposure; at most 1.5 MB each
 
@@ -116,18 +135,19 @@ class OffsetGrid {
   }
 
   OffsetPlane computed_at(double time) const {
-    thread_local std::shared_ptr<const Nodes> kept;
+    std::shared_ptr<Nodes>& kept = kept_nodes();
     const auto known = [&] {
       const std::scoped_lock lock(computed_->turn);
-      const auto found =
-          std::ranges::find(computed_->at, time, &std::pair<double, std::shared_ptr<const Nodes>>::first);
+      const auto found = std::ranges::find(computed_->at, time, &std::pair<double, std::shared_ptr<Nodes>>::first);
       return found != computed_->at.end() ? found->second : nullptr;
     };
     kept = known();
     if (!kept) {
       auto made = std::make_shared<Nodes>();
-      fill(*scattered_, time, true, *made);
-      made->errors.push_back(0);
+      made->time = time;
+      fill(*scattered_, time, target_.has_value(), *made);
+      made->errors.resize(depths * levels_ + 1, std::numeric_limits<float>::quiet_NaN());  // not computed yet
+      made->errors.back() = 0;
       kept = std::move(made);
       const std::scoped_lock lock(computed_->turn);
       computed_->at.emplace_back(time, kept);
@@ -138,6 +158,29 @@ class OffsetGrid {
     plane.least = kept->least.data();
     plane.most = kept->most.data();
     return plane;
+  }
+
+  /// Nodes of the plane that this thread requested last.
+  static std::shared_ptr<Nodes>& kept_nodes() {
+    thread_local std::shared_ptr<Nodes> kept;
+    return kept;
+  }
+
+  /// Each node is written once, by the holder of the lock, so that other threads may read it without one.
+  void complete_node(Nodes& nodes, std::int32_t row, std::int32_t level) const {
+    const std::atomic_ref<float> node(
+        nodes.errors[static_cast<std::size_t>(row) * levels_ + static_cast<std::size_t>(level)]);
+    if (!std::isnan(node.load(std::memory_order_acquire))) return;
+    const std::scoped_lock lock(computed_->nodes);
+    if (!std::isnan(node.load(std::memory_order_relaxed))) return;
+    const double z = depth_of(row);
+    const double depth = scattered_->across(z, nodes.time).at(reflectivity_of(level)).depth;
+    node.store(static_cast<float>(depth - z), std::memory_order_release);
+  }
+
+  double depth_of(std::int32_t row) const { return double{first_} + row / double{per_metre_}; }
+  double reflectivity_of(std::int32_t level) const {
+    return double{std::bit_cast<float>(base_ + (level << step_bits))};
   }
 
   static std::uint64_t next_id() {
@@ -170,7 +213,7 @@ class OffsetGrid {
   void fill(const physics::OffsetTable& table, double time, bool with_errors, Nodes& nodes) const {
     constexpr float all = std::numeric_limits<float>::infinity();
     for (std::int32_t row = 0; row < depths; ++row) {
-      const double z = double{first_} + row / double{per_metre_};
+      const double z = depth_of(row);
       if (target_) {
         const auto found = table.of_target(*target_, z, time);
         nodes.least.push_back(found.extrapolated ? all : -all);
@@ -182,10 +225,8 @@ class OffsetGrid {
       const auto [low, high] = across.inside();
       nodes.least.push_back(static_cast<float>(low));
       nodes.most.push_back(static_cast<float>(high));
-      for (std::size_t level = 0; with_errors && level < levels_; ++level) {
-        const auto bits = base_ + static_cast<std::int32_t>(level << step_bits);
-        nodes.errors.push_back(static_cast<float>(across.at(double{std::bit_cast<float>(bits)}).depth - z));
-      }
+      for (std::int32_t level = 0; with_errors && level < static_cast<std::int32_t>(levels_); ++level)
+        nodes.errors.push_back(static_cast<float>(across.at(reflectivity_of(level)).depth - z));
     }
   }
 
