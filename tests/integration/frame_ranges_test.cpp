@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Conditions that are ranges of frames of one capture: the metadata of a condition are those of its own first frame, in
 // every command, from the capture and from its statistics.
-// Slow: FrameRanges.SameSearch*:FrameRanges.SameCalibrations*
+// Slow: FrameRanges.Same*:FrameRanges.AFrame*
 // Rooms: diagnosis calibration simulation
 #include "tests/small_campaign.hpp"
 
