@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Conditions that are ranges of frames of one capture: the metadata of a condition are those of its own first frame, in
 // every command, from the capture and from its statistics.
-// Slow: FrameRanges.SameSearch*:FrameRanges.SameCalibrations*
+// Slow: FrameRanges.Same*:FrameRanges.AFrame*
 // Rooms: diagnosis calibration simulation
 #include "tests/small_campaign.hpp"
 
@@ -118,7 +118,7 @@ TEST_F(FrameRanges, SameSearchAsFromSingleCaptures) {
 TEST_F(FrameRanges, SameCalibrationsAsFromSingleCaptures) {
   for (const std::string kind : {"offset", "fixed-pattern", "integration-time"}) {
     for (const std::string data : {"single", "joined", "statistics"})
-      done(fmt::format("$TOFGRAPH calibrate {0} {1}/campaign.yaml -o {1}_{0}.yaml --quiet", kind, data));
+      done(fmt::format("$TOFGRAPH calibrate {0} {1}/campaign.yaml -o {1}_{0}.yaml --force --quiet", kind, data));
     EXPECT_EQ(values("joined_" + kind + ".yaml"), values("single_" + kind + ".yaml"));
     EXPECT_EQ(values("statistics_" + kind + ".yaml"), values("single_" + kind + ".yaml"));
   }

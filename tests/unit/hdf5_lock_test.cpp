@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <future>
+#include <thread>
 
 #include "io/captures/array_file.hpp"
 #include "io/captures/capture.hpp"
@@ -32,7 +33,7 @@ bool is_locked() {
 }  // namespace
 
 /// Called instead of HDF5's function by the library under test.
-extern "C" herr_t H5Fclose(hid_t file) {
+extern "C" __attribute__((visibility("default"))) herr_t H5Fclose(hid_t file) {
   if (watched) {
     ++closed;
     if (!is_locked()) ++unlocked;
