@@ -65,7 +65,7 @@ struct SearchSettings {
   double max_session_sd = 0.3;
   /// shared unknown held beyond | widest priors | physical: cameras do not drift by metres
   double max_shared_widths = 5;
-  /// gain by a drift for it to have a mean, at least | deviance | chosen: as min_bic_gain
+  /// gain by a drift of distance or light that is significant, at least | deviance | chosen: as min_bic_gain
   double min_drift_gain = 10;
   /// half waves of a drift, at most | | chosen
   std::size_t max_drift_waves = 8;
@@ -278,9 +278,9 @@ struct SearchSettings {
   double min_harm_chi_square = 25;
   /// growth of held-out gap, at most | | chosen
   double max_gap_growth = 1.05;
-  /// growth of the gap of the given model, at most | | physical: rounding and the coarse grid
+  /// gap over that of the given model, at most | | physical: rounding and the coarse grid
   double max_given_gap_growth = 1.01;
-  /// growth of the gap of the given model beyond that factor, at most | m | physical: rounding and the coarse grid
+  /// growth of the given model's gap beyond that factor, at most | m | physical: rounding and the coarse grid
   double given_gap_tolerance = 2e-5;
   /// bootstrap draws of held-out gap | | chosen
   int gap_interval_draws = 1000;
