@@ -237,13 +237,13 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
   return text + "}";
 }
 
-std::span<const double> values_of(const Term& term, const TermOrRefinement& addition) {
+std::span<const double> values_of(const Term& term, const ModelTerm& addition) {
   if (!addition.refinement) return term.values;
   const std::size_t count = term.candidate->refinements()[*addition.refinement].parameters.size();
   return std::span(term.values).subspan(term.candidate->first_parameter_of(*addition.refinement), count);
 }
 
-std::string name_of(const Term& term, const TermOrRefinement& addition) {
+std::string name_of(const Term& term, const ModelTerm& addition) {
   const std::string name = term.candidate->name();
   return addition.refinement ? name + "." + term.candidate->refinements()[*addition.refinement].name : name;
 }

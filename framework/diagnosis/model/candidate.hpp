@@ -159,16 +159,16 @@ struct Term {
 };
 
 /// Place of a term, or of a refinement of one, in a state: what can be added to a model or removed from it.
-struct TermOrRefinement {
+struct ModelTerm {
   std::size_t term = 0;  ///< index among the terms
   std::optional<std::size_t> refinement;
-  bool operator==(const TermOrRefinement&) const = default;
+  bool operator==(const ModelTerm&) const = default;
 };
 
 /// Values of a term, or of its refinement.
-std::span<const double> values_of(const Term& term, const TermOrRefinement& addition);
+std::span<const double> values_of(const Term& term, const ModelTerm& addition);
 /// "wiggling" or "wiggling.amplitude5".
-std::string name_of(const Term& term, const TermOrRefinement& addition);
+std::string name_of(const Term& term, const ModelTerm& addition);
 
 /// A term with one more refinement. @param values of the refinement's parameters
 Term refined(Term term, std::size_t refinement, std::span<const double> values);

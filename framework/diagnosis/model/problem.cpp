@@ -44,7 +44,7 @@ std::size_t first_parameter(const State& state, std::size_t term, std::optional<
   return first;
 }
 
-State removed(State state, const TermOrRefinement& addition) {
+State removed(State state, const ModelTerm& addition) {
   const auto term = state.terms.begin() + static_cast<std::ptrdiff_t>(addition.term);
   if (addition.refinement)
     *term = coarser(std::move(*term), *addition.refinement);

@@ -183,7 +183,7 @@ State with_flat_boards(State state);
 /// Index of the first parameter of a term, or of its refinement, among the parameters of all terms.
 std::size_t first_parameter(const State& state, std::size_t term, std::optional<std::size_t> refinement = {});
 /// The state without a term, or without a refinement of it.
-State removed(State state, const TermOrRefinement& addition);
+State removed(State state, const ModelTerm& addition);
 
 /// ln of the factor on a condition's reflectivity; 0 if it is known.
 double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition);

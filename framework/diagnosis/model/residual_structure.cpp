@@ -153,7 +153,7 @@ bool practically_equivalent(const Problem& problem, const State& one, const Stat
 }
 
 std::vector<Column> signature(const Problem& problem, const State& without, const State& with,
-                              const TermOrRefinement& addition) {
+                              const ModelTerm& addition) {
   State state = without;
   const Term& term = with.terms[addition.term];
   const std::span<const double> values = values_of(term, addition);

@@ -20,7 +20,7 @@ bool practically_equivalent(const Problem& problem, const State& one, const Stat
 /// Change by a model term at its values, and its derivatives there: compared with generic patterns.
 /// @param with a state that has the term @throws simulation::EffectError
 std::vector<Column> signature(const Problem& problem, const State& without, const State& with,
-                              const TermOrRefinement& addition);
+                              const ModelTerm& addition);
 
 /// Shares of the conditions in the gain of an effect, sum 1: s_i b / sum(s_j b), with s_i the contribution of a
 /// condition to the score of the effect's change, and b the common amplitude. The other effects and the reflectivities

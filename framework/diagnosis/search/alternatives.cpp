@@ -84,8 +84,7 @@ class Builder {
           };
           Block one = block(parameters, values, there, rows_);
           result_.choices.push_back({effect, one.columns, static_cast<double>(parameters.size())});
-          result_.list.push_back(
-              {&candidate.with(r), TermOrRefinement{t, r}, std::move(one.values), std::move(one.parts)});
+          result_.list.push_back({&candidate.with(r), ModelTerm{t, r}, std::move(one.values), std::move(one.parts)});
         }
       } catch (const simulation::EffectError&) {
         result_.group.columns.resize(before);

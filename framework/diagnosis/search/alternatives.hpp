@@ -25,9 +25,9 @@ struct Alternative {
     std::optional<std::size_t> angle;  ///< index among the parameters
     double step = 0;                   ///< SI, change of the amplitude for one column
   };
-  const Candidate* candidate = nullptr;     ///< including its refinements
-  std::optional<TermOrRefinement> refines;  ///< refinement of a term of the model; nullopt: a whole effect
-  std::vector<double> values;               ///< values of parameters(): nonlinear ones chosen, amplitudes off
+  const Candidate* candidate = nullptr;  ///< including its refinements
+  std::optional<ModelTerm> refines;      ///< refinement of a term of the model; nullopt: a whole effect
+  std::vector<double> values;            ///< values of parameters(): nonlinear ones chosen, amplitudes off
   std::vector<Amplitude> parts;
 
   /// Parameters of the effect, or of the refinement.

@@ -45,7 +45,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
     if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
     prediction.after(result.state, std::move(smooth_field));
-    for (const TermOrRefinement& addition : selection.additions()) {
+    for (const ModelTerm& addition : selection.additions()) {
       if (addition.refinement) continue;
       const std::string name = selection.terms()[addition.term].candidate->name();
       result.chosen.push_back(name);

@@ -55,7 +55,7 @@ void EffectTests::run() {
 /// @returns true if one was dropped, so that the others must be tested again; false if all passed or none is left
 bool EffectTests::drop_worst_failing() {
   Selection& selection = findings_.selection;
-  const std::vector<TermOrRefinement> all = selection.additions();
+  const std::vector<ModelTerm> all = selection.additions();
   if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.refitted_given())) {
     findings_.drop_all("without those that were dropped it explains less than nothing");
     return false;
@@ -67,7 +67,7 @@ bool EffectTests::drop_worst_failing() {
     return std::pair(f.refutation.empty(), std::isnan(f.explained_fraction) ? HUGE_VAL : f.explained_fraction);
   };
   const PatternScan with_all = findings_.finder.find(selection.best());
-  for (const TermOrRefinement& addition : all) {
+  for (const ModelTerm& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
     EffectFinding now = evaluate_term(addition, with_all, is_confirmed(addition));
     findings_.note({"questioned",
@@ -143,8 +143,7 @@ double EffectTests::chance(const ModelFit& less, const Score& score) const {
 
 /// Tests a addition of the best model against the model without it; the refutation is empty if it passes.
 /// @param with_it patterns of the best model @param confirmed true: cross-fitting has confirmed it
-EffectFinding EffectTests::evaluate_term(const TermOrRefinement& addition, const PatternScan& with_it,
-                                         bool confirmed) const {
+EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
   EffectFinding found;
@@ -243,7 +242,7 @@ void EffectTests::weigh(EffectFinding& finding) const {
 }
 
 /// True if folds have confirmed an effect: if these led to the model, its predictions have been tested.
-bool EffectTests::is_confirmed(const TermOrRefinement& addition) const {
+bool EffectTests::is_confirmed(const ModelTerm& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
   weigh(finding);

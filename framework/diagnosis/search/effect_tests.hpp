@@ -32,12 +32,12 @@ class EffectTests {
   void weigh(EffectFinding& finding) const;
 
  private:
-  EffectFinding evaluate_term(const TermOrRefinement& addition, const PatternScan& with_it, bool confirmed) const;
+  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const;
   double explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const;
   double chance(const ModelFit& less, const Score& score) const;
   bool drop_worst_failing();
   bool drop_unidentifiable();
-  bool is_confirmed(const TermOrRefinement& addition) const;
+  bool is_confirmed(const ModelTerm& addition) const;
   bool all_confirmed() const;
   std::string why_not_together() const;
 

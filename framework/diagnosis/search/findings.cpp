@@ -22,7 +22,7 @@ std::vector<Pattern> Findings::patterns_of(const ModelFit& fit) const {
   return finder.find(fit, options().seed + 1).patterns;
 }
 
-void Findings::drop_with_reason(const TermOrRefinement& addition, EffectFinding finding) {
+void Findings::drop_with_reason(const ModelTerm& addition, EffectFinding finding) {
   selection.task().report_progress(fmt::format("dropping {}", finding.name));
   compared_ = false;
   selection.drop(addition);
@@ -31,7 +31,7 @@ void Findings::drop_with_reason(const TermOrRefinement& addition, EffectFinding 
 }
 
 void Findings::drop_all(const std::string& why) {
-  for (std::vector<TermOrRefinement> left = selection.additions(); !left.empty(); left = selection.additions()) {
+  for (std::vector<ModelTerm> left = selection.additions(); !left.empty(); left = selection.additions()) {
     const Term& term = selection.terms()[left.back().term];
     EffectFinding finding{.candidate = term.candidate, .name = name_of(term, left.back()), .refutation = why};
     note({"questioned", {finding.name}, {}, why});

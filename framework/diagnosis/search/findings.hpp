@@ -33,7 +33,7 @@ class Findings {
   /// Significant patterns of the gap that a model leaves.
   std::vector<Pattern> patterns_of(const ModelFit& fit) const;
   /// Removes an addition from the model. Replaces an earlier reason for the same effect.
-  void drop_with_reason(const TermOrRefinement& addition, EffectFinding finding);
+  void drop_with_reason(const ModelTerm& addition, EffectFinding finding);
   /// Removes all additions from the model.
   void drop_all(const std::string& why);
   /// Drops the effects that a test refutes. @returns true if an effect was dropped

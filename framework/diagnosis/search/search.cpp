@@ -150,7 +150,7 @@ class Search {
   }
 
   void keep_given(const std::string& why) {
-    for (const TermOrRefinement& addition : selection_.additions()) {
+    for (const ModelTerm& addition : selection_.additions()) {
       const Term& term = selection_.terms()[addition.term];
       result_.dropped.push_back({.candidate = term.candidate, .name = name_of(term, addition), .refutation = why});
     }

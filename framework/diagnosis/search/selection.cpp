@@ -88,8 +88,8 @@ ModelFit Selection::fit_at_every_pixel(State state) const {
   return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)));
 }
 
-std::vector<TermOrRefinement> Selection::additions() const {
-  std::vector<TermOrRefinement> all;
+std::vector<ModelTerm> Selection::additions() const {
+  std::vector<ModelTerm> all;
   for (std::size_t t = 0; t < terms().size(); ++t) {
     if (t >= task_.given_terms.size()) all.push_back({t, std::nullopt});
     for (std::size_t r = 0; r < terms()[t].candidate->refinements().size(); ++r) {
@@ -99,13 +99,13 @@ std::vector<TermOrRefinement> Selection::additions() const {
   return all;
 }
 
-const ModelFit& Selection::without(const TermOrRefinement& addition) {
-  const auto known = std::ranges::find(without_, addition, &std::pair<TermOrRefinement, ModelFit>::first);
+const ModelFit& Selection::without(const ModelTerm& addition) {
+  const auto known = std::ranges::find(without_, addition, &std::pair<ModelTerm, ModelFit>::first);
   if (known != without_.end()) return known->second;
   return without_.emplace_back(addition, diagnosis::without(problem(), best(), addition)).second;
 }
 
-void Selection::drop(const TermOrRefinement& addition) { fit_and_accept(without(addition).state); }
+void Selection::drop(const ModelTerm& addition) { fit_and_accept(without(addition).state); }
 
 /// Refits with the grid bias of the state and updated maps. @throws simulation::EffectError
 void Selection::fit_and_accept(State state) {

@@ -209,13 +209,13 @@ class Selection {
   bool select_beside_nuisances(bool anew = false);
   /// Best model without an addition: fitted once, and kept until the best model changes.
   /// @throws simulation::EffectError
-  const ModelFit& without(const TermOrRefinement& addition);
+  const ModelFit& without(const ModelTerm& addition);
   /// See SubsetSearch::forms_of().
   std::vector<ModelFit> forms_of(const ModelFit& base, const Candidate& one) const {
     return subsets_.forms_of(base, one);
   }
   /// Accepts the best model without an addition.
-  void drop(const TermOrRefinement& addition);
+  void drop(const ModelTerm& addition);
   /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
   /// @returns true if there are such others
   bool exchange(const Candidate& one);
@@ -247,7 +247,7 @@ class Selection {
   const ModelFit& best() const { return selected_.best; }
   const std::vector<Term>& terms() const { return best().state.terms; }
   /// All additions: effects, and refinements of them and of the given model's effects.
-  std::vector<TermOrRefinement> additions() const;
+  std::vector<ModelTerm> additions() const;
   /// Changes that candidates could make to the given model.
   const Alternatives& alternatives() const { return subsets_.alternatives(); }
   double bic(const ModelFit& fit) const { return task_.bic(fit); }
@@ -276,7 +276,7 @@ class Selection {
   SubsetSearch subsets_{task_, maps_, boards_};
   SelectedModel selected_;
   std::optional<SelectedModel> reached_;
-  std::deque<std::pair<TermOrRefinement, ModelFit>> without_;  ///< fits without one addition; references stay valid
+  std::deque<std::pair<ModelTerm, ModelFit>> without_;  ///< fits without one addition; references stay valid
 };
 
 }  // namespace tofgraph::diagnosis

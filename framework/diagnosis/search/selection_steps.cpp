@@ -138,10 +138,10 @@ void Selection::backward_eliminate() {
   while (additions().size() > 1) {
     const ModelFit* least = nullptr;
     std::string name;
-    const std::vector<TermOrRefinement> all = additions();
+    const std::vector<ModelTerm> all = additions();
     const std::vector<double> rises = min_deviance_rises(problem(), best(), all);
     for (std::size_t p = 0; p < all.size(); ++p) {
-      const TermOrRefinement& addition = all[p];
+      const ModelTerm& addition = all[p];
       const auto parameters = static_cast<double>(values_of(terms()[addition.term], addition).size());
       if (rises[p] > settings.clearly_worth *
                          (settings.min_bic_gain + parameters * std::log(static_cast<double>(problem().data.size()))))

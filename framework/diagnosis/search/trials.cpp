@@ -172,7 +172,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   return result;
 }
 
-ModelFit without(const Problem& problem, const ModelFit& best, const TermOrRefinement& addition) {
+ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& addition) {
   std::vector<Column> columns = best.jacobian;
   const std::size_t count = values_of(best.state.terms[addition.term], addition).size();
   const auto at =
@@ -200,7 +200,7 @@ namespace {
 
 /// Change by a term, with the other effects unchanged.
 std::optional<Column> change_of(const Problem& problem, const State& state, const Rows& rows,
-                                const TermOrRefinement& addition) {
+                                const ModelTerm& addition) {
   if (state.terms[addition.term].maps) return std::nullopt;
   try {
     return difference(rows, expected(problem, removed(state, addition)));
@@ -210,7 +210,7 @@ std::optional<Column> change_of(const Problem& problem, const State& state, cons
 }
 
 /// Indices of a model's columns that do not belong to a addition.
-std::vector<Eigen::Index> others_of(const State& state, const TermOrRefinement& addition, std::size_t columns) {
+std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& addition, std::size_t columns) {
   const std::size_t first = first_parameter(state, addition.term, addition.refinement),
                     last = first + values_of(state.terms[addition.term], addition).size();
   std::vector<Eigen::Index> others;
@@ -223,12 +223,12 @@ std::vector<Eigen::Index> others_of(const State& state, const TermOrRefinement& 
 }  // namespace
 
 std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
-                                       std::span<const TermOrRefinement> additions) {
+                                       std::span<const ModelTerm> additions) {
   const State& state = best.state;
   const auto rows = expected(problem, state);
   Group group{"additions", best.jacobian};
   std::vector<std::optional<Eigen::Index>> at;
-  for (const TermOrRefinement& addition : additions) {
+  for (const ModelTerm& addition : additions) {
     std::optional<Column> change = change_of(problem, state, rows, addition);
     at.emplace_back();
     if (!change) continue;

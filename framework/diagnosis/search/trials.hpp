@@ -89,7 +89,7 @@ class Trials {
 std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
 /// Model without a addition. The derivatives are those of the model with it. @throws simulation::EffectError
-ModelFit without(const Problem& problem, const ModelFit& best, const TermOrRefinement& addition);
+ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& addition);
 
 // ---- Lower limits of the deviance that removing a term costs, before the fit without it ----
 
@@ -97,6 +97,6 @@ ModelFit without(const Problem& problem, const ModelFit& best, const TermOrRefin
 /// change that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown:
 /// for additions with maps, and if the other effects fail without the addition.
 std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
-                                       std::span<const TermOrRefinement> additions);
+                                       std::span<const ModelTerm> additions);
 
 }  // namespace tofgraph::diagnosis
