@@ -58,7 +58,7 @@ class StageFrame {
   /// @throws std::runtime_error after the call has ended
   tofgraph_frame& get() const;
   /// Stores an array as a channel, without a copy if the array owns its memory and is contiguous.
-  /// @throws py::type_error if the stage may not write the channel, or if it is no array that a channel can hold
+  /// @throws py::type_error if the stage may not write the channel, or if it is not an array that a channel can hold
   void set(const std::string& channel, const py::object& array) const;
   /// Returns a writable array: the channel's own memory, or a copy if it has other readers.
   /// @throws py::type_error if the stage may not write the channel
