@@ -308,7 +308,10 @@ class Run {
         effect.rivals = found.rivals;
         for (const Rival& rival : found.rivals) {
           if (!rival.tied) continue;
-          if (effect.tied_with.empty()) effect.experiment = separating_experiment(*term.candidate, rival);
+          if (effect.tied_with.empty() || rival.of_several()) {
+            effect.experiment = separating_experiment(*term.candidate, rival);
+            effect.experiment_excludes = rival.candidate->name();
+          }
           effect.tied_with.push_back(rival.candidate->name());
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);

@@ -50,8 +50,9 @@ struct EffectResult {
   double chosen_by_halves = NAN;                   ///< fraction of random halves of the data; NaN: not searched
   double gain = 0, p_value = 1, explained_fraction = 0;
   std::vector<Rival> rivals;
-  std::string experiment;         ///< distinguishes it from the first of tied_with; empty: not known
-  std::vector<double> influence;  ///< share of each condition in the gain, see influence()
+  std::string experiment;           ///< distinguishes it from one of tied_with; empty: not known
+  std::string experiment_excludes;  ///< that one of tied_with
+  std::vector<double> influence;    ///< share of each condition in the gain, see influence()
 
   /// True if most random halves of the data do not choose it.
   bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }

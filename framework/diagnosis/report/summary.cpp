@@ -122,7 +122,7 @@ std::string deciding(const Diagnosis& d) {
   }
   for (const EffectResult& effect : d.effects) {
     if (!effect.tied_with.empty() && !effect.experiment.empty())
-      return fmt::format(" To tell {} from {}: {}.", effect.name, effect.tied_with.front(), effect.experiment);
+      return fmt::format(" To tell {} from {}: {}.", effect.name, effect.experiment_excludes, effect.experiment);
   }
   return "";
 }
