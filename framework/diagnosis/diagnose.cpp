@@ -308,11 +308,9 @@ class Run {
         effect.rivals = found.rivals;
         for (const Rival& rival : found.rivals) {
           if (!rival.tied) continue;
-          if (effect.tied_with.empty() || rival.of_several()) {
-            effect.experiment = separating_experiment(*term.candidate, rival);
-            effect.experiment_excludes = rival.candidate->name();
-          }
-          effect.tied_with.push_back(rival.candidate->name());
+          const std::string& name = effect.tied_with.emplace_back(rival.candidate->name());
+          if (effect.tied_with.size() == 1 || rival.of_several())
+            effect.experiment = separating_experiment(*term.candidate, rival), effect.experiment_excludes = name;
         }
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;

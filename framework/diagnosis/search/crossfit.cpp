@@ -249,9 +249,8 @@ namespace {
 
 using Names = std::set<std::string>;
 
-/// Effects that more than half of the folds chose and a model lacks; none if there are few folds.
+/// Effects that more than half of the folds chose and a model lacks.
 Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t given) {
-  if (folds.folds.size() < settings.min_agreeing_folds) return {};
   std::map<std::string, std::size_t> times;
   for (const FoldResult& fold : folds.folds) {
     for (const std::string& name : fold.chosen) ++times[name];
@@ -271,6 +270,7 @@ bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given)
 }
 
 std::vector<State> models_with_agreed_effects(const CrossFit& folds, const State& model, std::size_t given) {
+  if (folds.folds.size() < settings.min_agreeing_folds) return {};
   const Names lacking = agreed_and_lacking(folds, model, given);
   std::map<Names, std::vector<const FoldResult*>> sets;
   for (const FoldResult& fold : folds.folds) {
