@@ -177,14 +177,7 @@ class CharacterisationReport {
   std::string map(const std::string& title, std::vector<double> values) const {
     const tofgraph_camera& camera = data_.campaign.conditions.camera->view();
     for (double& v : values) v *= 1e3;
-    return report::field_map({.title = title,
-                              .unit = "mm",
-                              .rows = camera.height,
-                              .columns = camera.width,
-                              .fields = report::fields_of(values),
-                              .x_label = "column, px",
-                              .y_label = "row, px"},
-                             340, 290);
+    return report::field_map(report::pixel_map(title, "mm", camera.height, camera.width, values, true), 340, 290);
   }
 
   void images() {
@@ -193,15 +186,7 @@ class CharacterisationReport {
     page_.heading("Modelled and measured images");
     const tofgraph_camera& camera = data_.campaign.conditions.camera->view();
     const auto image = [&](const std::string& title, const std::string& unit, const std::vector<double>& values) {
-      return report::field_map({.title = title,
-                                .unit = unit,
-                                .rows = camera.height,
-                                .columns = camera.width,
-                                .fields = report::fields_of(values),
-                                .x_label = "column, px",
-                                .y_label = "row, px",
-                                .signed_values = false},
-                               340, 290);
+      return report::field_map(report::pixel_map(title, unit, camera.height, camera.width, values, false), 340, 290);
     };
     std::vector<double> modelled = n.modelled_distance, measured = n.measured_distance;
     for (auto* distances : {&modelled, &measured})

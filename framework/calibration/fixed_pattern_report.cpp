@@ -45,14 +45,7 @@ class FixedPatternReport {
  private:
   std::string map(const std::string& title, const char* unit, const std::vector<double>& values,
                   const std::vector<double>& sd, bool is_signed) const {
-    return report::field_map({.title = title,
-                              .unit = unit,
-                              .rows = data_.rows,
-                              .columns = data_.columns,
-                              .fields = report::fields_of(in_mm(values, sd)),
-                              .x_label = "column, px",
-                              .y_label = "row, px",
-                              .signed_values = is_signed},
+    return report::field_map(report::pixel_map(title, unit, data_.rows, data_.columns, in_mm(values, sd), is_signed),
                              380, 320);
   }
 

@@ -41,15 +41,9 @@ std::string sigma_by_amplitude(const NoiseFit& fit) {
 }
 
 std::string map_of(const std::string& title, const NoiseData& data, std::vector<double> values, double limit) {
-  return report::field_map({.title = title,
-                            .rows = data.rows,
-                            .columns = data.columns,
-                            .fields = report::fields_of(values),
-                            .x_label = "column, px",
-                            .y_label = "row, px",
-                            .signed_values = false,
-                            .limit = limit},
-                           480, 400);
+  report::FieldMap map = report::pixel_map(title, "", data.rows, data.columns, values, false);
+  map.limit = limit;
+  return report::field_map(map, 480, 400);
 }
 
 void add_sigma_table(report::Page& page, const NoiseFit& fit) {

@@ -145,18 +145,7 @@ std::string shape_of(const PlaneEvaluation& evaluation, const char* title) {
   std::vector<double> millimetres;
   for (const double v : evaluation.shape) millimetres.push_back(v * 1e3);
   const tofgraph_camera& camera = evaluation.campaign.camera->view();
-  return report::field_map({.title = title,
-                            .unit = "mm",
-                            .rows = camera.height,
-                            .columns = camera.width,
-                            .fields = report::fields_of(millimetres),
-                            .x_label = "column, px",
-                            .y_label = "row, px",
-                            .x_names = {},
-                            .y_names = {},
-                            .signed_values = true,
-                            .limit = {},
-                            .write_values = false});
+  return report::field_map(report::pixel_map(title, "mm", camera.height, camera.width, millimetres, true));
 }
 
 EvaluationRows condition_rows(const PlaneEvaluation& evaluation) {

@@ -16,15 +16,7 @@ using Row = std::vector<std::string>;
 
 std::string response_map(const ResponseData& data, const std::string& title, const char* unit,
                          const std::vector<double>& values) {
-  return report::field_map({.title = title,
-                            .unit = unit,
-                            .rows = data.rows,
-                            .columns = data.columns,
-                            .fields = report::fields_of(values),
-                            .x_label = "column, px",
-                            .y_label = "row, px",
-                            .signed_values = false},
-                           380, 320);
+  return report::field_map(report::pixel_map(title, unit, data.rows, data.columns, values, false), 380, 320);
 }
 
 Row value_row(const std::string& name, const ResponseValue& v, const std::string& profile) {

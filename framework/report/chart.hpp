@@ -81,6 +81,9 @@ struct FieldMap {
   bool write_values = false;         ///< writes the number in each field
   bool logarithmic = false;          ///< of an ascending scale; values <= 0 are grey
 };
+/// Map of one value per pixel, row-major, with axes in px.
+FieldMap pixel_map(std::string title, std::string unit, std::size_t rows, std::size_t columns,
+                   std::span<const double> values, bool signed_values);
 /// Fields have tooltips unless the map is large; a large map is an image.
 std::string field_map(const FieldMap& map, int width = 340, int height = 290);
 

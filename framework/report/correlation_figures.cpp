@@ -34,21 +34,17 @@ std::string signals(const std::string& title, const std::string& y, std::vector<
 /// Loss of amplitude by interference, relative to the sum of the sources' amplitudes, for a perpendicular board.
 std::string interference(const tofgraph_camera& camera, double depth) {
   const physics::Geometry geometry = physics::geometry_of(camera);
-  FieldMap map{.title = fmt::format("interference of the sources, board at {}", config::format_quantity(depth, "m")),
-               .unit = "ppm",
-               .rows = camera.height,
-               .columns = camera.width,
-               .x_label = "column, px",
-               .y_label = "row, px"};
-  map.signed_values = false;
+  std::vector<double> loss;
   const physics::Exposure exposure{1, 1, 1, camera.modulation_frequency};
   for (std::size_t i = 0; i < std::size_t{camera.width} * camera.height; ++i) {
     const physics::Vector3 ray = physics::unit_ray(camera.rays + 3 * i);
     const physics::Light light =
         physics::reference_light(geometry, ray, physics::reflected_path(geometry, ray, depth), 1, exposure);
-    map.fields.push_back({.value = 1e6 * (1 - std::abs(light.phasor) / (2 * light.intensity))});
+    loss.push_back(1e6 * (1 - std::abs(light.phasor) / (2 * light.intensity)));
   }
-  return field_map(map, 420, 330);
+  const std::string title =
+      fmt::format("interference of the sources, board at {}", config::format_quantity(depth, "m"));
+  return field_map(pixel_map(title, "ppm", camera.height, camera.width, loss, false), 420, 330);
 }
 
 }  // namespace

@@ -143,6 +143,18 @@ std::vector<Field> fields_of(std::span<const double> values) {
   return fields;
 }
 
+FieldMap pixel_map(std::string title, std::string unit, std::size_t rows, std::size_t columns,
+                   std::span<const double> values, bool signed_values) {
+  return {.title = std::move(title),
+          .unit = std::move(unit),
+          .rows = rows,
+          .columns = columns,
+          .fields = fields_of(values),
+          .x_label = "column, px",
+          .y_label = "row, px",
+          .signed_values = signed_values};
+}
+
 double percentile_98(std::span<const double> values) {
   std::vector<double> sizes;
   for (const double v : values) {
