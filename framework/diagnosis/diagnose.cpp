@@ -283,6 +283,18 @@ class Run {
       d_->gaps[distance].held_out_before = aside.given, d_->gaps[distance].held_out_after = aside.model;
   }
 
+  /// Sets the tied effects of an effect with rivals, and the experiment that excludes one of them.
+  static void add_ties(const Candidate& candidate, EffectResult& effect) {
+    for (const Rival& rival : effect.rivals) {
+      if (!rival.tied) continue;
+      if (effect.tied_with.empty() || rival.of_several()) {
+        effect.experiment = separating_experiment(candidate, rival);
+        effect.experiment_excludes = rival.candidate->name();
+      }
+      effect.tied_with.push_back(rival.candidate->name());
+    }
+  }
+
   void describe() {
     const ModelFit& after = d_->search.after;
     const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2, d_->search.lack_of_fit);
@@ -306,12 +318,7 @@ class Run {
         effect.p_value = found.p_value;
         effect.explained_fraction = found.explained_fraction;
         effect.rivals = found.rivals;
-        for (const Rival& rival : found.rivals) {
-          if (!rival.tied) continue;
-          const std::string& name = effect.tied_with.emplace_back(rival.candidate->name());
-          if (effect.tied_with.size() == 1 || rival.of_several())
-            effect.experiment = separating_experiment(*term.candidate, rival), effect.experiment_excludes = name;
-        }
+        add_ties(*term.candidate, effect);
         if (!found.where.empty()) effect.where = name_of(found.where[0]);
         effect.chosen = found.chosen;
         effect.influence = influence(*problem_, after.state, t);

@@ -57,7 +57,7 @@ bool EffectTests::drop_worst_failing() {
   Selection& selection = findings_.selection;
   const std::vector<ModelTerm> all = selection.additions();
   if (!all.empty() && selection.bic(selection.best()) > selection.bic(selection.refitted_given())) {
-    findings_.drop_all("without those that were dropped it explains less than nothing");
+    findings_.drop_all("without those that were dropped the model fits worse than before");
     return false;
   }
   std::vector<EffectFinding> tested;

@@ -137,7 +137,8 @@ ArrayFile::Packing ArrayFile::Packing::of(hid_t dataset, const std::string& wher
   packing.scale = take("scale_factor", 1);
   packing.offset = take("add_offset", 0);
   if (!std::isfinite(packing.scale) || packing.scale == 0 || !std::isfinite(packing.offset))
-    throw std::runtime_error(where + " has attributes scale_factor and add_offset that make no numbers");
+    throw std::runtime_error(
+        where + " has an unusable scale_factor or add_offset: both must be finite, and scale_factor not 0");
   for (const char* name : {"_FillValue", "missing_value"}) packing.fills.push_back(take(name, io::unknown));
   packing.text = fmt::format("{}", fmt::join(found, ", "));
   return packing;

@@ -65,7 +65,7 @@ std::vector<std::string> names_in(hid_t group) {
   return names;
 }
 
-/// @throws std::runtime_error if there is no file that could be a capture
+/// @throws std::runtime_error if the path does not name a regular file with content
 void check_file(const fs::path& file) {
   std::error_code error;
   if (!fs::exists(file, error)) {
