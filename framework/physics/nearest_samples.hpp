@@ -44,6 +44,17 @@ class NearestSamples {
     for (std::size_t i = 0; i < count; ++i) use(index[i], square[i]);
   }
 
+  /// Returns the indices of all points nearer than a distance, in ascending order of distance.
+  std::vector<std::size_t> within(const Point& place, double distance) const {
+    Point query = place;
+    std::vector<std::vector<std::size_t>> indices;
+    std::vector<std::vector<double>> squares;
+    tree_->radiusSearch(flann::Matrix<double>(query.data(), 1, 3), indices, squares,
+                        static_cast<float>(distance * distance),
+                        flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED, 0, true));
+    return std::move(indices.front());
+  }
+
  private:
   using Tree = flann::KDTreeSingleIndex<flann::L2_Simple<double>>;
   std::shared_ptr<std::vector<Point>> points_;  // referenced by the tree

@@ -43,6 +43,7 @@ struct OffsetSample {
 class OffsetTable {
  public:
   enum class Shape { grid, sheet, scattered };
+  static constexpr std::size_t nearest_count = 8;  ///< number of scattered samples that are averaged
 
   /// Depths of all targets at one measured depth and integration time.
   class Across {
@@ -96,6 +97,27 @@ class OffsetTable {
   /// Geometric mean of the reflectivities from a target's conditions; NaN: unknown.
   double reflectivity(std::size_t target) const { return std::exp(levels_[target]); }
 
+  /// Units of the coordinates in which the nearest samples are searched: 1/m of z, 1 of ln reflectivity and ln time; 0:
+  /// the axis is not used. The depth axis is stretched by 10, because the offset changes ten times over the span of the
+  /// distance and slowly along the other axes.
+  std::array<double, 3> scale() const {
+    std::array<double, 3> result = {10, knows_reflectivities() ? 1.0 : 0.0, 1};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double span = high_[axis] - low_[axis];
+      result[axis] = span > 0 && result[axis] > 0 ? result[axis] / span : 0;
+    }
+    return result;
+  }
+  /// Place for the search of the nearest samples.
+  NearestSamples::Point coordinates(double z, double level, double time) const {
+    const std::array<double, 3> units = scale(), at = {z, level, std::log(time)};
+    NearestSamples::Point point{};
+    for (std::size_t axis = 0; axis < 3; ++axis) point[axis] = units[axis] > 0 ? units[axis] * at[axis] : 0;
+    return point;
+  }
+  /// Samples by their coordinates; empty unless scattered.
+  const NearestSamples& nearest_samples() const { return nearest_; }
+
   /// Requires all reflectivities. @param z m, measured @param time s
   Across across(double z, double time) const {
     Across result;
@@ -132,11 +154,10 @@ class OffsetTable {
  private:
   /// Margin beyond the samples that is not yet extrapolation, because the pixels of the outermost boards scatter by
   /// their noise.
-  static constexpr double depth_margin = 0.03;     ///< relative to the depth
-  static constexpr double level_margin = 0.25;     ///< in ln reflectivity
-  static constexpr double time_margin = 0.05;      ///< in ln time
-  static constexpr double sheet_margin = 0.41;     ///< in ln time, for a sheet: a factor of 1.5
-  static constexpr std::size_t nearest_count = 8;  ///< number of samples that are averaged
+  static constexpr double depth_margin = 0.03;  ///< relative to the depth
+  static constexpr double level_margin = 0.25;  ///< in ln reflectivity
+  static constexpr double time_margin = 0.05;   ///< in ln time
+  static constexpr double sheet_margin = 0.41;  ///< in ln time, for a sheet: a factor of 1.5
 
   /// T and ln reflectivity of a target at a depth and time, and whether these are outside its samples.
   struct Place {
@@ -256,29 +277,17 @@ class OffsetTable {
            log_time > high_[2] + time_margin;
   }
 
-  /// Coordinates in units of the span of each axis. The depth axis is stretched by 10, because the offset changes ten
-  /// times over the span of the distance and slowly along the other axes.
-  NearestSamples::Point scaled(double z, double level, double time) const {
-    const std::array<double, 3> weights = {10, knows_reflectivities() ? 1.0 : 0.0, 1}, at = {z, level, std::log(time)};
-    NearestSamples::Point point{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double span = high_[axis] - low_[axis];
-      if (span > 0 && weights[axis] > 0) point[axis] = weights[axis] * at[axis] / span;
-    }
-    return point;
-  }
-
   void set_nearest() {
     std::vector<NearestSamples::Point> points;
     for (const OffsetSample& s : samples_)
-      points.push_back(scaled(s.depth, std::log(s.reflectivity), s.integration_time));
+      points.push_back(coordinates(s.depth, std::log(s.reflectivity), s.integration_time));
     nearest_ = NearestSamples(std::move(points));
   }
 
   /// T - z.
   double nearest_error(double z, double level, double time) const {
     double sum = 0, weight = 0;
-    nearest_.nearest(scaled(z, level, time), nearest_count, [&](std::size_t i, double square) {
+    nearest_.nearest(coordinates(z, level, time), nearest_count, [&](std::size_t i, double square) {
       const double share = 1 / (square + 1e-18);
       sum += share * (samples_[i].distance - samples_[i].depth);
       weight += share;

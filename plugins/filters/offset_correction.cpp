@@ -17,6 +17,7 @@
 
 #include "io/offset_calibration.hpp"
 #include "plugins/calibrated_serial.hpp"
+#include "plugins/filters/nearest_offsets.hpp"
 #include "plugins/filters/offset_grid.hpp"
 #include "plugins/filters/offset_vector.hpp"
 #include "plugins/filters/surface_mean.hpp"
@@ -26,6 +27,8 @@ namespace tofgraph {
 
 HWY_EXPORT(Look);
 HWY_EXPORT(Average);
+HWY_EXPORT(Interpolate);
+HWY_EXPORT(Weigh);
 HWY_EXPORT(Correct);
 
 /// per_pixel: each pixel's depth z and reflectivity, averaged over neighbouring pixels on the same surface, determine
@@ -108,6 +111,8 @@ struct OffsetCorrection final : Filter {
           "errors that both the calibration and the model before it contain are removed twice: calibrate boards with "
           "the same model undone, or remove the model");
     grid_ = OffsetGrid(*table_, only);
+    if (table_->shape() == physics::OffsetTable::Shape::scattered)
+      nearest_ = std::make_unique<NearestOffsets>(*table_, only);
     only_ = only;
     prepare_pixels(setup);
     flags.provide(setup);
@@ -211,6 +216,7 @@ struct OffsetCorrection final : Filter {
             .depth = seen.depth(row),
             .reflectivity = seen.reflectivity(row),
             .path = seen.path(row),
+            .error = seen.error(row),
             .beyond = seen.beyond()};
   }
 
@@ -232,11 +238,15 @@ struct OffsetCorrection final : Filter {
         HWY_DYNAMIC_DISPATCH(Average)(row);
       });
     }
+    std::vector<OffsetRow> rows;
+    for (std::size_t v = 0; v < rows_; ++v) rows.push_back(row_of(image, seen, v));
+    if (nearest_)
+      nearest_->look_up(time, rows, [](const NearestGroup& group) { HWY_DYNAMIC_DISPATCH(Weigh)(group); });
+    else
+      for (const OffsetRow& row : rows) HWY_DYNAMIC_DISPATCH(Interpolate)(row, plane);
     const bool marks = *extrapolation != "hold";
     for (std::size_t v = 0; v < rows_; ++v) {
-      const OffsetRow row = row_of(image, seen, v);
-      grid_.complete(row, plane);
-      HWY_DYNAMIC_DISPATCH(Correct)(row, plane);
+      HWY_DYNAMIC_DISPATCH(Correct)(rows[v], plane);
       for (std::size_t u = 0; marks && u < columns_; ++u) {
         if (seen.beyond()[u] != 0) mark(image, bits, v * columns_ + u);
       }
@@ -289,6 +299,7 @@ struct OffsetCorrection final : Filter {
   std::optional<physics::OffsetTable> table_;
   std::optional<std::size_t> only_;  // index of the target
   OffsetGrid grid_;
+  std::unique_ptr<NearestOffsets> nearest_;  // for scattered samples only
   std::unique_ptr<physics::BistaticTables> tables_;
   std::vector<float> cosine_, response_, brightness_;  // per pixel; brightness: 4 / (gain response)
   std::vector<float> seen_cosine_;                     // converts a range to the depth used for the lookup

@@ -11,10 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <limits>
-#include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <vector>
@@ -26,12 +23,11 @@ namespace tofgraph {
 /// Grid of T - z over integration time, depth and reflectivity, linear between its nodes. Depths are evenly spaced;
 /// reflectivities are spaced 128 per octave and located by the bits of the number, whose exponent and leading digits
 /// grow like a logarithm; times are those of the calibration, linear in the logarithm between them. For scattered
-/// samples, each of which may have its own time, a node is computed when a pixel first needs it.
+/// samples, each of which may have its own time, it only holds the range without extrapolation.
 class OffsetGrid {
  public:
   OffsetGrid() = default;
   /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
-  /// @param table must outlive the grid if its samples are scattered
   OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()), target_(target) {
     std::set<double> times;
     double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
@@ -49,15 +45,12 @@ class OffsetGrid {
       base_ = bits_of(dark * (1 - 5 * beyond)) >> step_bits << step_bits;
       levels_ = static_cast<std::size_t>((bits_of(bright * (1 + 6 * beyond)) - base_) >> step_bits) + 2;
     }
-    if (table.shape() == physics::OffsetTable::Shape::scattered) {
-      scattered_ = &table;
-      computed_ = std::make_unique<Computed>();
-      return;
-    }
-    const bool one_plane = table.shape() == physics::OffsetTable::Shape::sheet;  // the same for all times
+    const bool scattered = table.shape() == physics::OffsetTable::Shape::scattered;
+    if (scattered) times = {*times.begin(), *times.rbegin()};
+    const bool one_plane = table.shape() != physics::OffsetTable::Shape::grid;  // the same for all times
     for (const double time : times) {
       times_.push_back(std::log(time));
-      fill(table, time, !one_plane || times_.size() == 1, nodes_);
+      fill(table, time, !scattered && (!one_plane || times_.size() == 1), nodes_);
     }
     planes_ = one_plane ? 1 : times_.size();
     nodes_.errors.push_back(0);  // read with weight 0 next to the last node
@@ -65,7 +58,6 @@ class OffsetGrid {
 
   /// @param time s @returns a plane that is valid until this thread requests another time or grid
   OffsetPlane at(double time) const {
-    if (scattered_ != nullptr) return computed_at(time);
     const double log_time = std::log(time);
     const auto above = std::ranges::lower_bound(times_, log_time);
     const auto after = static_cast<std::size_t>(std::min(above, times_.end() - 1) - times_.begin());
@@ -86,23 +78,6 @@ class OffsetGrid {
     return plane;
   }
 
-  /// Computes the missing nodes that the pixels of a row need. @param plane the last that this thread requested
-  void complete(const OffsetRow& row, const OffsetPlane& plane) const {
-    if (scattered_ == nullptr || target_) return;
-    Nodes& nodes = *kept_nodes();
-    for (std::size_t u = 0; u < row.columns; ++u) {
-      // The node of a pixel as in the vector code of the correction.
-      const float place = (row.depth[u] - plane.first) * plane.per_metre;
-      const auto z = static_cast<std::int32_t>(std::min(place > 0 ? place : 0, static_cast<float>(depths) - 1.001F));
-      const float reflectivity = row.reflectivity[u] > 0 ? row.reflectivity[u] : 0;
-      const std::int32_t bits = std::clamp(std::bit_cast<std::int32_t>(reflectivity) - plane.base, 0, plane.last_bits);
-      for (std::int32_t row_of_node = z; row_of_node < z + 2; ++row_of_node) {
-        for (std::int32_t level = bits >> step_bits; level < (bits >> step_bits) + 2; ++level)
-          complete_node(nodes, row_of_node, level);
-      }
-    }
-  }
-
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
@@ -112,16 +87,7 @@ class OffsetGrid {
   struct Nodes {
     std::vector<float> errors;       // m, planes x depths x levels
     std::vector<float> least, most;  // limits of the reflectivity without extrapolation, times x depths
-    double time = 0;                 // s, for scattered samples only
   };
-  /// Nodes of the most recent times of frames.
-  struct Computed {
-    std::mutex turn;                                           // of the list
-    std::deque<std::pair<double, std::shared_ptr<Nodes>>> at;  // s; oldest first
-    std::mutex nodes;                                          // whose holder computes missing nodes
-  };
-  static constexpr std::size_t max_computed = 32;  ///< covers a bracketed exposure; at most 1.5 MB each
-
   OffsetPlane frame() const {
     return {.depths = depths,
             .levels = static_cast<std::int32_t>(levels_),
@@ -132,50 +98,6 @@ class OffsetGrid {
             .errors = nullptr,
             .least = nullptr,
             .most = nullptr};
-  }
-
-  OffsetPlane computed_at(double time) const {
-    std::shared_ptr<Nodes>& kept = kept_nodes();
-    const auto known = [&] {
-      const std::scoped_lock lock(computed_->turn);
-      const auto found = std::ranges::find(computed_->at, time, &std::pair<double, std::shared_ptr<Nodes>>::first);
-      return found != computed_->at.end() ? found->second : nullptr;
-    };
-    kept = known();
-    if (!kept) {
-      auto made = std::make_shared<Nodes>();
-      made->time = time;
-      fill(*scattered_, time, target_.has_value(), *made);
-      made->errors.resize(depths * levels_ + 1, std::numeric_limits<float>::quiet_NaN());  // not computed yet
-      made->errors.back() = 0;
-      kept = std::move(made);
-      const std::scoped_lock lock(computed_->turn);
-      computed_->at.emplace_back(time, kept);
-      if (computed_->at.size() > max_computed) computed_->at.pop_front();
-    }
-    OffsetPlane plane = frame();
-    plane.errors = kept->errors.data();
-    plane.least = kept->least.data();
-    plane.most = kept->most.data();
-    return plane;
-  }
-
-  /// Nodes of the plane that this thread requested last.
-  static std::shared_ptr<Nodes>& kept_nodes() {
-    thread_local std::shared_ptr<Nodes> kept;
-    return kept;
-  }
-
-  /// Each node is written once, by the holder of the lock, so that other threads may read it without one.
-  void complete_node(Nodes& nodes, std::int32_t row, std::int32_t level) const {
-    const std::atomic_ref<float> node(
-        nodes.errors[static_cast<std::size_t>(row) * levels_ + static_cast<std::size_t>(level)]);
-    if (!std::isnan(node.load(std::memory_order_acquire))) return;
-    const std::scoped_lock lock(computed_->nodes);
-    if (!std::isnan(node.load(std::memory_order_relaxed))) return;
-    const double z = depth_of(row);
-    const double depth = scattered_->across(z, nodes.time).at(reflectivity_of(level)).depth;
-    node.store(static_cast<float>(depth - z), std::memory_order_release);
   }
 
   double depth_of(std::int32_t row) const { return double{first_} + row / double{per_metre_}; }
@@ -232,9 +154,7 @@ class OffsetGrid {
 
   std::uint64_t id_ = 0;
   std::optional<std::size_t> target_;
-  const physics::OffsetTable* scattered_ = nullptr;
-  std::unique_ptr<Computed> computed_;  // for scattered samples only
-  std::vector<double> times_;           // ln s
+  std::vector<double> times_;  // ln s
   std::size_t planes_ = 1, levels_ = 1;
   Nodes nodes_;
   // Outside the calibrated times every reflectivity is extrapolated.

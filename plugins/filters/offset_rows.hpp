@@ -22,6 +22,7 @@ struct OffsetRow {
   float rate;                       ///< 1/s, inverse of the integration time
   float *depth, *reflectivity;      ///< values of the pixels, then their means
   float* path;                      ///< m, D_ref
+  float* error;                     ///< m, T - z
   std::int32_t* beyond;             ///< 1: the offset is extrapolated
 };
 
@@ -42,6 +43,19 @@ struct OffsetPlane {
   std::int32_t base, last_bits;  ///< levels: bits of the lowest reflectivity, and largest difference from it
   const float* errors;           ///< m; one more element than nodes
   const float *least, *most;     ///< reflectivities, one per depth
+};
+
+/// Pixels of one cell of NearestOffsets and the samples that may be among their nearest, as differences from the centre
+/// of the cell in the units of the search. Whole vectors of pixels are computed, up to the next multiple of `padding`.
+struct NearestGroup {
+  static constexpr std::size_t padding = 16;
+  std::size_t pixels, samples;
+  const float *depth, *reflectivity;  ///< of the pixels
+  float* error;                       ///< m, computed
+  float centre, per_metre;            ///< m, 1/m
+  float inverse_reflectivity;         ///< of the centre
+  float per_level;                    ///< units per 1 of ln reflectivity
+  const float *depth_step, *level_step, *time_square, *sample_error;
 };
 
 }  // namespace tofgraph

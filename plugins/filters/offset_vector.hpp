@@ -11,6 +11,12 @@
 #endif
 
 #include <hwy/highway.h>
+// The order matters: Highway first.
+#include <hwy/contrib/math/math-inl.h>
+#include <tofgraph/physics/offset_table.hpp>
+
+#include <cstddef>
+#include <limits>
 
 #include "plugins/filters/offset_rows.hpp"
 
@@ -70,33 +76,86 @@ template <class D, class V = hn::Vec<D>> HWY_INLINE void AverageAt(D d, const Av
   hn::StoreU(hn::Mul(sum_r, share), d, row.mean_reflectivity + u);
 }
 
-/// Corrects the distance and marks extrapolated offsets.
+/// Depth of a pixel in nodes of the grid from the first, and its node before.
+template <class D> struct Along {
+  using V = hn::Vec<D>;
+  V place, last, inside;
+  hn::Vec<hn::RebindToSigned<D>> node;
+
+  HWY_INLINE Along(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u)
+      : place(hn::Mul(hn::Sub(hn::LoadU(d, row.depth + u), hn::Set(d, plane.first)), hn::Set(d, plane.per_metre))),
+        last(hn::Set(d, static_cast<float>(plane.depths) - 1.001F)),
+        // NaN compares as false and becomes 0.
+        inside(hn::Min(hn::IfThenElseZero(hn::Gt(place, hn::Zero(d)), place), last)),
+        node(hn::ConvertTo(hn::RebindToSigned<D>(), inside)) {}
+};
+
+/// Reflectivity of pixels; without light: the lowest level.
+template <class D, class V = hn::Vec<D>> HWY_INLINE V Reflectivity(D d, const OffsetRow& row, std::size_t u) {
+  const V given = hn::LoadU(d, row.reflectivity + u);
+  return hn::IfThenElseZero(hn::Gt(given, hn::Zero(d)), given);
+}
+
+/// Interpolates the errors between the nodes of a grid.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u) {
+HWY_INLINE void InterpolateAt(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u) {
   const hn::RebindToSigned<D> di;
-  const V depth = hn::LoadU(d, row.depth + u), given = hn::LoadU(d, row.reflectivity + u);
-  const V reflectivity = hn::IfThenElseZero(hn::Gt(given, hn::Zero(d)), given);  // without light: the lowest level
-  const V place = hn::Mul(hn::Sub(depth, hn::Set(d, plane.first)), hn::Set(d, plane.per_metre));
-  const V last = hn::Set(d, static_cast<float>(plane.depths) - 1.001F);
-  // NaN compares as false and becomes 0.
-  const V inside = hn::Min(hn::IfThenElseZero(hn::Gt(place, hn::Zero(d)), place), last);
-  const auto z = hn::ConvertTo(di, inside);
-  const V along = hn::Sub(inside, hn::ConvertTo(d, z));
-  const auto bits = hn::Min(hn::Max(hn::Sub(hn::BitCast(di, reflectivity), hn::Set(di, plane.base)), hn::Zero(di)),
-                            hn::Set(di, plane.last_bits));
+  const Along<D> depth(d, row, plane, u);
+  const V along = hn::Sub(depth.inside, hn::ConvertTo(d, depth.node));
+  const auto from_base = hn::Sub(hn::BitCast(di, Reflectivity(d, row, u)), hn::Set(di, plane.base));
+  const auto bits = hn::Min(hn::Max(from_base, hn::Zero(di)), hn::Set(di, plane.last_bits));
   const auto part = hn::And(bits, hn::Set(di, (1 << OffsetPlane::step_bits) - 1));
   const V across = hn::Mul(hn::ConvertTo(d, part), hn::Set(d, 1.0F / (1 << OffsetPlane::step_bits)));
-  const auto at = hn::Add(hn::Mul(z, hn::Set(di, plane.levels)), hn::ShiftRight<OffsetPlane::step_bits>(bits));
+  const auto at = hn::Add(hn::Mul(depth.node, hn::Set(di, plane.levels)), hn::ShiftRight<OffsetPlane::step_bits>(bits));
   const float* next = plane.errors + plane.levels;
   const V a = hn::GatherIndex(d, plane.errors, at), b = hn::GatherIndex(d, plane.errors + 1, at);
   const V e = hn::GatherIndex(d, next, at), f = hn::GatherIndex(d, next + 1, at);
   const V low = hn::MulAdd(across, hn::Sub(b, a), a), high = hn::MulAdd(across, hn::Sub(f, e), e);
-  const V error = hn::MulAdd(along, hn::Sub(high, low), low);
+  hn::StoreU(hn::MulAdd(along, hn::Sub(high, low), low), d, row.error + u);
+}
+
+/// Averages the errors of the nearest samples, weighted by the inverse square of their distance.
+template <class D, class V = hn::Vec<D>> HWY_INLINE void WeighAt(D d, const NearestGroup& group, std::size_t i) {
+  const V one = hn::Set(d, 1.0F);
+  const V z = hn::Mul(hn::Sub(hn::LoadU(d, group.depth + i), hn::Set(d, group.centre)), hn::Set(d, group.per_metre));
+  const V ratio = hn::MulSub(hn::LoadU(d, group.reflectivity + i), hn::Set(d, group.inverse_reflectivity), one);
+  const V level = hn::Mul(hn::Log1p(d, ratio), hn::Set(d, group.per_level));
+  const auto square_to = [&](std::size_t s) HWY_ATTR {
+    const V dz = hn::Sub(z, hn::Set(d, group.depth_step[s])), dl = hn::Sub(level, hn::Set(d, group.level_step[s]));
+    return hn::MulAdd(dz, dz, hn::MulAdd(dl, dl, hn::Set(d, group.time_square[s])));
+  };
+  constexpr std::size_t count = physics::OffsetTable::nearest_count;
+  V nearest[count];  // squares in ascending order
+  for (V& square : nearest) square = hn::Set(d, std::numeric_limits<float>::infinity());
+  for (std::size_t s = 0; s < group.samples; ++s) {
+    V square = square_to(s);
+    for (V& held : nearest) {
+      const V further = hn::Max(held, square);
+      held = hn::Min(held, square);
+      square = further;
+    }
+  }
+  V sum = hn::Zero(d), weight = sum;
+  for (std::size_t s = 0; s < group.samples; ++s) {
+    const V square = square_to(s);
+    const V share = hn::IfThenElseZero(hn::Le(square, nearest[count - 1]), hn::Div(one, square));
+    sum = hn::MulAdd(share, hn::Set(d, group.sample_error[s]), sum);
+    weight = hn::Add(weight, share);
+  }
+  hn::StoreU(hn::Div(sum, weight), d, group.error + i);
+}
+
+/// Corrects the distance and marks extrapolated offsets.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void CorrectAt(D d, const OffsetRow& row, const OffsetPlane& plane, std::size_t u) {
+  const hn::RebindToSigned<D> di;
+  const V error = hn::LoadU(d, row.error + u), reflectivity = Reflectivity(d, row, u);
   const V further = hn::Add(hn::LoadU(d, row.path + u), hn::Div(error, hn::LoadU(d, row.cosine + u)));
   const V both = hn::Add(hn::Add(MeanPath(d, row, u, further), further), hn::LoadU(d, row.sensor_path + u));
   hn::StoreU(hn::Mul(both, hn::Set(d, 0.5F)), d, row.distance + u);
-  const V least = hn::GatherIndex(d, plane.least, z), most = hn::GatherIndex(d, plane.most, z);
-  const auto beyond = hn::Or(hn::Or(hn::Lt(place, hn::Zero(d)), hn::Gt(place, last)),
+  const Along<D> depth(d, row, plane, u);
+  const V least = hn::GatherIndex(d, plane.least, depth.node), most = hn::GatherIndex(d, plane.most, depth.node);
+  const auto beyond = hn::Or(hn::Or(hn::Lt(depth.place, hn::Zero(d)), hn::Gt(depth.place, depth.last)),
                              hn::Not(hn::And(hn::Ge(reflectivity, least), hn::Le(reflectivity, most))));
   hn::StoreU(hn::IfThenElseZero(hn::RebindMask(di, beyond), hn::Set(di, 1)), di, row.beyond + u);
 }
@@ -114,6 +173,13 @@ void Look(const OffsetRow& row) {
 }
 void Average(const AverageRow& row) {
   EachPixel(row.columns, [&](auto d, std::size_t u) HWY_ATTR { AverageAt(d, row, u); });
+}
+void Interpolate(const OffsetRow& row, const OffsetPlane& plane) {
+  EachPixel(row.columns, [&](auto d, std::size_t u) HWY_ATTR { InterpolateAt(d, row, plane, u); });
+}
+void Weigh(const NearestGroup& group) {
+  const hn::CappedTag<float, NearestGroup::padding> d;
+  for (std::size_t i = 0; i < group.pixels; i += hn::Lanes(d)) WeighAt(d, group, i);
 }
 void Correct(const OffsetRow& row, const OffsetPlane& plane) {
   EachPixel(row.columns, [&](auto d, std::size_t u) HWY_ATTR { CorrectAt(d, row, plane, u); });

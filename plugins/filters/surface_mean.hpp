@@ -24,11 +24,13 @@ class Surface {
     for (std::vector<float>* image : {&depth_, &reflectivity_, &mean_depth_, &mean_reflectivity_})
       image->assign((rows + 2 * border) * stride_, std::numeric_limits<float>::quiet_NaN());
     path_.resize(rows * columns);
+    error_.resize(rows * columns);
     beyond_.resize(columns);
   }
   float* depth(std::size_t row) { return &depth_[at(row)]; }
   float* reflectivity(std::size_t row) { return &reflectivity_[at(row)]; }
   float* path(std::size_t row) { return &path_[row * columns_]; }
+  float* error(std::size_t row) { return &error_[row * columns_]; }
   std::int32_t* beyond() { return beyond_.data(); }  ///< values of one row
 
   /// Averages over a square of pixels whose depth and reflectivity are close to the centre's, first along rows, then
@@ -62,7 +64,7 @@ class Surface {
   std::size_t at(std::size_t row) const { return (row + border) * stride_ + border; }
 
   std::size_t rows_ = 0, columns_ = 0, stride_ = 0;
-  std::vector<float> depth_, reflectivity_, mean_depth_, mean_reflectivity_, path_;
+  std::vector<float> depth_, reflectivity_, mean_depth_, mean_reflectivity_, path_, error_;
   std::vector<std::int32_t> beyond_;
 };
 

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Errors from the nearest samples of a scattered offset table, for all pixels of a frame.
+#pragma once
+
+#include <tofgraph/physics/offset_table.hpp>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "plugins/filters/offset_rows.hpp"
+
+namespace tofgraph {
+
+/// Errors T - z from the nearest samples, equal to OffsetTable's for each pixel. The space of depth, reflectivity and
+/// time is divided into cells, and pixels of one cell are computed together, because the nearest samples of all its
+/// points are among a few: if the n-th nearest sample of the centre is at the distance r, and no point of the cell is
+/// further from the centre than h, the n nearest samples of each point are within r + 2 h of the centre.
+class NearestOffsets {
+ public:
+  /// @param table scattered, must outlive this object
+  /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
+  NearestOffsets(const physics::OffsetTable& table, std::optional<std::size_t> target) : table_(table) {
+    double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
+    for (const physics::OffsetSample& s : table.samples()) {
+      low = std::min(low, s.depth);
+      high = std::max(high, s.depth);
+      dark = std::fmin(dark, s.reflectivity);
+      bright = std::fmax(bright, s.reflectivity);
+    }
+    if (target) dark = bright = table.knows_reflectivities() ? table.reflectivity(*target) : 1;
+    first_ = static_cast<float>(low * (1 - beyond));
+    last_ = static_cast<float>(high * (1 + beyond));
+    dark_ = static_cast<float>(target ? dark : dark * (1 - 5 * beyond));
+    bright_ = static_cast<float>(target ? bright : bright * (1 + 6 * beyond));
+    set_cells();
+  }
+
+  /// Computes `error` of all pixels from their `depth` and `reflectivity`. Several threads may call it at the same
+  /// time.
+  /// @param time s @param weigh computes one NearestGroup
+  template <class Weigh> void look_up(double time, std::span<const OffsetRow> rows, Weigh&& weigh) const {
+    thread_local Sorted sorted;
+    sort(rows, sorted);
+    std::vector<float> squares;
+    for (const auto& [number, cell] : candidates(sorted, time)) {
+      const double along = scale_[2] * std::log(time / cell->time);
+      squares.clear();
+      for (const float step : cell->time_step) squares.push_back(static_cast<float>(std::pow(step - along, 2) + 1e-18));
+      const std::size_t from = sorted.begin[number];
+      weigh(NearestGroup{.pixels = sorted.begin[number + 1] - from,
+                         .samples = squares.size(),
+                         .depth = &sorted.depth[from],
+                         .reflectivity = &sorted.reflectivity[from],
+                         .error = &sorted.error[from],
+                         .centre = cell->depth,
+                         .per_metre = static_cast<float>(scale_[0]),
+                         .inverse_reflectivity = 1 / cell->reflectivity,
+                         .per_level = static_cast<float>(scale_[1]),
+                         .depth_step = cell->depth_step.data(),
+                         .level_step = cell->level_step.data(),
+                         .time_square = squares.data(),
+                         .sample_error = cell->error.data()});
+    }
+    const std::uint32_t* place = sorted.place.data();
+    for (const OffsetRow& row : rows) {
+      for (std::size_t u = 0; u < row.columns; ++u) row.error[u] = sorted.error[*place++];
+    }
+  }
+
+ private:
+  static constexpr double beyond = 0.05;        ///< relative margin beyond the samples
+  static constexpr double max_cells = 1 << 17;  ///< of one time
+  static constexpr std::size_t max_kept = 64;   ///< number of times whose cells are kept
+
+  /// Candidates of a cell as differences from its centre, in the units of the search.
+  struct Cell {
+    float depth, reflectivity;                                    // of the centre; depth: m
+    double time;                                                  // s
+    std::vector<float> depth_step, level_step, time_step, error;  // error: m
+  };
+  using Cells = std::vector<std::pair<std::size_t, std::shared_ptr<const Cell>>>;
+
+  /// Pixels of a frame in the order of their cells.
+  struct Sorted {
+    std::vector<std::uint32_t> begin;  // first pixel of each cell, and the end
+    std::vector<std::uint32_t> place;  // of each pixel
+    std::vector<float> depth, reflectivity, error;
+  };
+
+  /// Makes cells a quarter as wide as the last of the nearest samples is far away.
+  void set_cells() {
+    scale_ = table_.scale();
+    const std::vector<physics::OffsetSample>& samples = table_.samples();
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < samples.size(); i += 1 + samples.size() / 100, ++count)
+      sum +=
+          reach(table_.coordinates(samples[i].depth, std::log(samples[i].reflectivity), samples[i].integration_time));
+    double side = std::max(sum / count / 4, 1e-6);
+    while (!fits(side)) side *= 1.5;
+  }
+
+  /// Divides the space into cells of a side, in the units of the search. @returns whether there are not too many
+  bool fits(double side) {
+    const double range = double{last_} - double{first_};
+    per_metre_ = static_cast<float>(std::max(scale_[0] / side, 1 / range));
+    per_time_ = std::max(scale_[2] / side, 1e-3);
+    step_bits_ = octave_bits;
+    while (step_bits_ > least_bits && std::ldexp(scale_[1], step_bits_ - octave_bits) > side) --step_bits_;
+    levels_ = (bits_of(bright_) >> step_bits_) - (bits_of(dark_) >> step_bits_) + 1;
+    const double depths = std::ceil(range * double{per_metre_});
+    depths_ = static_cast<std::uint32_t>(std::min(depths, max_cells));
+    return depths * levels_ <= max_cells;
+  }
+
+  /// Distance of the last of the nearest samples.
+  double reach(const physics::NearestSamples::Point& place) const {
+    double last = 0;
+    table_.nearest_samples().nearest(place, physics::OffsetTable::nearest_count,
+                                     [&](std::size_t, double square) { last = square; });
+    return std::sqrt(last);
+  }
+
+  /// Depth and reflectivity within the margin; those that are unknown are at its lower end.
+  std::pair<float, float> inside(const OffsetRow& row, std::size_t u) const {
+    const float z = row.depth[u], rho = row.reflectivity[u];
+    return {z > first_ ? std::min(z, last_) : first_, rho > dark_ ? std::min(rho, bright_) : dark_};
+  }
+
+  std::size_t cell_of(float z, float rho) const {
+    const auto row = std::min(static_cast<std::uint32_t>((z - first_) * per_metre_), depths_ - 1);
+    return std::size_t{row} * levels_ + (bits_of(rho) >> step_bits_) - (bits_of(dark_) >> step_bits_);
+  }
+
+  /// Counting sort.
+  void sort(std::span<const OffsetRow> rows, Sorted& sorted) const {
+    constexpr std::uint32_t padding = NearestGroup::padding;
+    sorted.place.clear();
+    sorted.begin.assign(std::size_t{depths_} * levels_ + 1, 0);
+    for (const OffsetRow& row : rows) {
+      for (std::size_t u = 0; u < row.columns; ++u) {
+        const auto [z, rho] = inside(row, u);
+        std::uint32_t& count = sorted.begin[cell_of(z, rho)];
+        sorted.place.push_back(count++);
+      }
+    }
+    std::uint32_t end = 0;
+    for (std::uint32_t& begin : sorted.begin) {
+      const std::uint32_t count = begin;
+      begin = end;
+      end += (count + padding - 1) / padding * padding;
+    }
+    for (std::vector<float>* image : {&sorted.depth, &sorted.reflectivity, &sorted.error}) image->resize(end);
+    std::uint32_t* place = sorted.place.data();
+    for (const OffsetRow& row : rows) {
+      for (std::size_t u = 0; u < row.columns; ++u, ++place) {
+        const auto [z, rho] = inside(row, u);
+        *place += sorted.begin[cell_of(z, rho)];
+        sorted.depth[*place] = z;
+        sorted.reflectivity[*place] = rho;
+      }
+    }
+  }
+
+  /// Returns the cells that have pixels; those that no frame needed before are made.
+  Cells candidates(const Sorted& sorted, double time) const {
+    const auto time_cell = static_cast<std::int64_t>(std::floor(std::log(time) * per_time_));
+    Cells result;
+    const std::scoped_lock lock(turn_);
+    if (kept_.size() > max_kept) kept_.clear();
+    for (std::size_t number = 0; number + 1 < sorted.begin.size(); ++number) {
+      if (sorted.begin[number] == sorted.begin[number + 1]) continue;
+      std::shared_ptr<const Cell>& cell = kept_[time_cell][number];
+      if (!cell) cell = std::make_shared<const Cell>(cell_at(number, time_cell));
+      result.emplace_back(number, cell);
+    }
+    return result;
+  }
+
+  Cell cell_at(std::size_t number, std::int64_t time_cell) const {
+    const auto row = static_cast<double>(number / levels_);
+    const auto bits = static_cast<std::uint32_t>(number % levels_) + (bits_of(dark_) >> step_bits_);
+    const double darkest = std::bit_cast<float>(bits << step_bits_),
+                 brightest = std::bit_cast<float>((bits + 1) << step_bits_);
+    Cell cell{.depth = static_cast<float>(double{first_} + (row + 0.5) / double{per_metre_}),
+              .reflectivity = static_cast<float>(std::sqrt(darkest * brightest)),
+              .time = std::exp((static_cast<double>(time_cell) + 0.5) / per_time_)};
+    const auto centre = table_.coordinates(double{cell.depth}, std::log(double{cell.reflectivity}), cell.time);
+    const double half = 0.5 * std::hypot(scale_[0] / double{per_metre_}, scale_[1] * std::log(brightest / darkest),
+                                         scale_[2] / per_time_);
+    constexpr double rounding = 1 + 1e-4;
+    for (const std::size_t i : table_.nearest_samples().within(centre, (reach(centre) + 2 * half) * rounding)) {
+      const physics::OffsetSample& s = table_.samples()[i];
+      const auto place = table_.coordinates(s.depth, std::log(s.reflectivity), s.integration_time);
+      cell.depth_step.push_back(static_cast<float>(place[0] - centre[0]));
+      cell.level_step.push_back(static_cast<float>(place[1] - centre[1]));
+      cell.time_step.push_back(static_cast<float>(place[2] - centre[2]));
+      cell.error.push_back(static_cast<float>(s.distance - s.depth));
+    }
+    return cell;
+  }
+
+  /// Bits of a positive number, whose exponent and leading digits grow like a logarithm.
+  static std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
+  static constexpr int octave_bits = 23, least_bits = 16;
+
+  const physics::OffsetTable& table_;
+  std::array<double, 3> scale_{};                       // units per metre, per 1 of ln reflectivity and of ln time
+  float first_ = 0, last_ = 0, dark_ = 0, bright_ = 0;  // range of depths (m) and reflectivities
+  float per_metre_ = 1;                                 // cells per metre of depth
+  double per_time_ = 1;                                 // cells per 1 of ln time
+  int step_bits_ = octave_bits;                         // binary digits of a reflectivity within a cell
+  std::uint32_t depths_ = 1, levels_ = 1;               // numbers of cells
+  mutable std::mutex turn_;                             // of `kept_`
+  mutable std::unordered_map<std::int64_t, std::unordered_map<std::size_t, std::shared_ptr<const Cell>>> kept_;
+};
+
+}  // namespace tofgraph
