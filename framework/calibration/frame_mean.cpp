@@ -230,17 +230,6 @@ void set_frame_noise(PixelMeans& means) {
   means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
 }
 
-/// @throws std::runtime_error also if the modulation frequency differs from the camera's
-void complete_from(const io::CaptureFacts& capture, io::Condition& condition, const tofgraph_camera& camera) {
-  using config::format_quantity;
-  io::complete(condition, capture);
-  const double frequency = capture.first.modulation_frequency;
-  if (std::isfinite(frequency) && std::abs(frequency / camera.modulation_frequency - 1) > 1e-3)
-    throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
-                                         format_quantity(frequency, "Hz"), camera.name,
-                                         format_quantity(camera.modulation_frequency, "Hz")));
-}
-
 std::variant<io::Recording, io::Statistics> read(const io::Condition& condition, const io::Camera& camera) {
   using Frames = std::variant<io::Recording, io::Statistics>;
   if (!io::is_statistics(condition.capture)) return Frames(std::in_place_type<io::Recording>, condition.capture);
@@ -256,7 +245,7 @@ std::variant<io::Recording, io::Statistics> read(const io::Condition& condition,
 
 void complete(io::Condition& condition, const io::CaptureReader& capture, const tofgraph_camera& camera) {
   io::check_one_integration_time(capture, io::used_frames(condition, capture.frames()));
-  complete_from(io::facts_of(capture, condition), condition, camera);
+  io::complete(condition, io::facts_of(capture, condition), camera);
 }
 
 std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::Condition& condition,
@@ -278,7 +267,7 @@ BoardFrames::BoardFrames(const io::Condition& condition, const io::Camera& camer
   if (const auto* recording = std::get_if<io::Recording>(&frames_))
     complete(condition_, recording->reader(), camera.view());
   else
-    complete_from(std::get<io::Statistics>(frames_).header.facts, condition_, camera.view());
+    io::complete(condition_, std::get<io::Statistics>(frames_).header.facts, camera.view());
 }
 
 const io::CaptureHeader& BoardFrames::header() const {

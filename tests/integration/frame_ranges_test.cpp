@@ -165,4 +165,23 @@ TEST_F(FrameRanges, AFrameBeyondTheCaptureIsNamed) {
   }
 }
 
+TEST_F(FrameRanges, FramesOfAnotherModulationFrequencyAreRefused) {
+  std::string profile = read_text(fs::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml");
+  profile.replace(profile.find("modulation_frequency: 20 MHz"), 28, "modulation_frequency: 21 MHz");
+  write_text(home() / "other_frequency.yaml", profile);
+  std::string text = read_text(home() / "joined/campaign.yaml");
+  text.replace(text.find("camera: camcube2"), 16, "camera: ../other_frequency.yaml");
+  write_text(home() / "joined/frequency.yaml", text);
+  write_text(home() / "frequency_model.yaml",
+             "model: 1\ncamera: other_frequency.yaml\nlight: reference\neffects: []\n");
+  for (const std::string command :
+       {"calibrate offset joined/frequency.yaml -o frequency.yaml",
+        "diagnose --model frequency_model.yaml --data joined/frequency.yaml -o gap_frequency --quiet"}) {
+    const Outcome outcome = run("$TOFGRAPH " + command);
+    EXPECT_NE(outcome.exit_code, 0) << command;
+    EXPECT_THAT(outcome.err, HasSubstr("was recorded at 20 MHz, the camera")) << command;
+    EXPECT_THAT(outcome.err, HasSubstr("works at 21 MHz")) << command;
+  }
+}
+
 }  // namespace

@@ -68,7 +68,7 @@ class Reader {
     const ConditionFrames frames = read_frames(condition, profile_);
     const FrameSums& sums = frames.sums;
     result.serial = frames.facts.header.serial;
-    io::complete(condition, frames.facts);
+    io::complete(condition, frames.facts, camera_);
     result.recorded_time = frames.facts.first.integration_time;
     const double scale = physics::metres_per_radian(camera_.modulation_frequency);
     if (condition.is_capped() && sums.kind() == FrameSums::Kind::distances) {

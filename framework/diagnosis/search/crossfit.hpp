@@ -12,6 +12,7 @@
 #include "diagnosis/search/selection.hpp"
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <string>
@@ -39,6 +40,11 @@ struct FoldResult {
 /// @param before held-out distance gap, m @param after the same with the effects
 constexpr bool is_gap_worse(double before, double after) {
   return after > settings.max_gap_growth * before + settings.practical_threshold[distance];
+}
+
+/// Number of folds that must choose an effect: a share, to the nearest whole number.
+inline std::size_t enough_of(std::size_t folds) {
+  return static_cast<std::size_t>(std::lround(settings.min_chosen_fraction * static_cast<double>(folds)));
 }
 
 struct CrossFit {

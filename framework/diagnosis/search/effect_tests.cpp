@@ -27,8 +27,8 @@ std::string gap_worsened(double without, double with, const char* what) {
 }
 
 /// Reason for which held-out conditions do not confirm an effect, or "".
-std::string held_out_failure(const EffectFinding& found) {
-  if (found.chosen < settings.min_chosen_fraction)
+std::string held_out_failure(const EffectFinding& found, const CrossFit& cross_fit) {
+  if (found.improvement.folds < enough_of(cross_fit.folds.size()))
     return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
   if (!found.improvement.is_significant())
     return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",
@@ -246,14 +246,14 @@ bool EffectTests::is_confirmed(const ModelTerm& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
   weigh(finding);
-  return held_out_failure(finding).empty();
+  return held_out_failure(finding, findings_.result.cross_fit).empty();
 }
 
 /// True if held-out data confirm all effects found, by their present names.
 bool EffectTests::all_confirmed() const {
   const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding finding) {
     weigh(finding);
-    return held_out_failure(finding).empty();
+    return held_out_failure(finding, findings_.result.cross_fit).empty();
   });
   return each && why_not_together().empty();
 }
@@ -273,7 +273,7 @@ bool EffectTests::drop_unconfirmed() {
   if (!findings_.result.time_expired && !all_confirmed()) findings_.compare_with_rivals();
   const bool changed = findings_.drop_refuted([&](EffectFinding& finding) {
     weigh(finding);
-    std::string why = held_out_failure(finding);
+    std::string why = held_out_failure(finding, findings_.result.cross_fit);
     findings_.note({"proved",
                     {finding.name},
                     {{"chosen", finding.chosen},

@@ -44,8 +44,13 @@ void check_one_integration_time(const CaptureReader& capture, const std::array<s
   }
 }
 
-void complete(Condition& condition, const CaptureFacts& capture) {
+void complete(Condition& condition, const CaptureFacts& capture, const tofgraph_camera& camera) {
   const tofgraph_metadata& first = capture.first;
+  const double frequency = first.modulation_frequency;
+  if (std::isfinite(frequency) && std::abs(frequency / camera.modulation_frequency - 1) > 1e-3)
+    throw std::runtime_error(fmt::format("was recorded at {}, the camera '{}' works at {}",
+                                         config::format_quantity(frequency, "Hz"), camera.name,
+                                         config::format_quantity(camera.modulation_frequency, "Hz")));
   if (std::isnan(condition.integration_time)) condition.integration_time = first.integration_time;
   if (std::isnan(condition.time_since_power_on)) condition.time_since_power_on = first.time_since_power_on;
   if (std::isnan(condition.temperature)) condition.temperature = first.temperature;

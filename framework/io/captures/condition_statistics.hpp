@@ -23,8 +23,8 @@ void check_one_integration_time(const CaptureReader& capture, const std::array<s
 
 /// Sets values that a condition does not state: integration time, time since power-on, temperature.
 /// @param capture facts with the metadata of the condition's first frame
-/// @throws std::runtime_error if the integration time is unknown
-void complete(Condition& condition, const CaptureFacts& capture);
+/// @throws std::runtime_error if the integration time is unknown, or if the modulation frequency is not the camera's
+void complete(Condition& condition, const CaptureFacts& capture, const tofgraph_camera& camera);
 
 /// All settings on which the sums depend, one "name value" per line: the capture's hash, the frames, and the used parts
 /// of the profile. Board positions, reflectivities and similar values are excluded, since they may be corrected later.
