@@ -22,7 +22,9 @@ struct PatternView {
   std::vector<float> weight;                ///< 1/m^2, of the mean of its frames
   std::vector<float> distance;              ///< m, D(T)
   std::vector<float> along_z;               ///< dD/dT of a flat board
+  std::vector<float> faintness;             ///< integration time / amplitude, relative to its mean over all views
   double board_distance = 0;                ///< m
+  double mean_faintness = 1;                ///< of this view's pixels
   std::vector<std::array<float, 2>> place;  ///< m, point of the board seen by the pixel, in the board's axes
 };
 

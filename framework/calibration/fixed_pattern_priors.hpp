@@ -32,11 +32,13 @@ inline constexpr double loose_offset = 1;    ///< m, of all pixels of a view rel
 inline constexpr double gauge = 1e-7;
 
 /// Distance-dependent error, common to all views: harmonics of the phase, with amplitudes in rad of phase.
-/// The fourth and the eighth are wiggling, the first and second crosstalk and unequal phase steps.
+/// The first is crosstalk, a constant phasor that turns faint light more than strong light: its amplitude is that at
+/// the mean faintness. The second is unequal phase steps, the fourth and the eighth are wiggling.
 struct Harmonic {
   double order, amplitude;
+  bool grows_with_faintness = false;
 };
-inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
+inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3, true}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
 /// Bounds of the factor of these amplitudes, which is estimated like the jitter: if the distances show no such error,
 /// it does not increase the uncertainty of the map.
 inline constexpr double min_wave_scale = 1e-3, max_wave_scale = 2;

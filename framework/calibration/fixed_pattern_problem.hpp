@@ -179,9 +179,11 @@ class Problem {
     const double here = view.distance[i] / data_.metres_per_radian,
                  middle = view.board_distance / data_.metres_per_radian;
     for (Eigen::Index h = 0; h < waves / 2; ++h) {
-      const double order = harmonics[static_cast<std::size_t>(h)].order;
-      common[shapes + 2 * h] = std::cos(order * here) - std::cos(order * middle);
-      common[shapes + 2 * h + 1] = std::sin(order * here) - std::sin(order * middle);
+      const Harmonic& harmonic = harmonics[static_cast<std::size_t>(h)];
+      const double order = harmonic.order, f = harmonic.grows_with_faintness ? view.faintness[i] : 1.0,
+                   mean = harmonic.grows_with_faintness ? view.mean_faintness : 1.0;
+      common[shapes + 2 * h] = f * std::cos(order * here) - mean * std::cos(order * middle);
+      common[shapes + 2 * h + 1] = f * std::sin(order * here) - mean * std::sin(order * middle);
     }
     return common;
   }
