@@ -54,24 +54,18 @@ PatternView view_of(std::size_t index, const Board& board, const MeanImages& ima
   return view;
 }
 
-/// Divides the faintness by its mean over all views. If an amplitude or integration time is unknown, it is 1
-/// everywhere.
+/// Divides the faintness by its mean. If an amplitude or integration time is unknown, it is 1 everywhere.
 void normalise_faintness(std::vector<PatternView>& views) {
   double sum = 0, count = 0;
-  for (PatternView& view : views) {
-    double own = 0, pixels = 0;
+  for (const PatternView& view : views) {
     for (std::size_t i = 0; i < view.residual.size(); ++i) {
       if (!std::isfinite(view.residual[i])) continue;
-      own += view.faintness[i];
-      pixels += 1;
+      sum += view.faintness[i];
+      count += 1;
     }
-    view.mean_faintness = own / pixels;
-    sum += own;
-    count += pixels;
   }
   const double mean = sum / count;
   for (PatternView& view : views) {
-    view.mean_faintness = std::isfinite(mean) ? view.mean_faintness / mean : 1;
     for (float& f : view.faintness) f = std::isfinite(mean) ? static_cast<float>(f / mean) : 1;
   }
 }

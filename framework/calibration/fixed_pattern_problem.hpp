@@ -28,8 +28,7 @@ class Problem {
         use_(std::move(use)),
         slope_sd_(slope_sd),
         slope_(slope_sd > 0),
-        size_(per_view * static_cast<Eigen::Index>(use_.size()) + commons),
-        first_(std::ranges::find(use_, 1) - use_.begin()) {}
+        size_(per_view * static_cast<Eigen::Index>(use_.size()) + commons) {}
 
   void assemble() {
     const std::size_t pixels = data_.rows * data_.columns;
@@ -171,19 +170,17 @@ class Problem {
     return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from z
   }
 
-  /// Shape of the board at the pixel, and the waves relative to their values at the board's distance.
+  /// Shape of the board at the pixel, and the waves.
   Eigen::Matrix<double, commons, 1> common_of(const PatternView& view, std::size_t i) const {
     Eigen::Matrix<double, commons, 1> common;
     const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
     common.head<shapes>() = view.along_z[i] * Eigen::Map<const Eigen::Matrix<double, shapes, 1>>(terms.data());
-    const double here = view.distance[i] / data_.metres_per_radian,
-                 middle = view.board_distance / data_.metres_per_radian;
     for (Eigen::Index h = 0; h < waves / 2; ++h) {
       const Harmonic& harmonic = harmonics[static_cast<std::size_t>(h)];
-      const double order = harmonic.order, f = harmonic.grows_with_faintness ? view.faintness[i] : 1.0,
-                   mean = harmonic.grows_with_faintness ? view.mean_faintness : 1.0;
-      common[shapes + 2 * h] = f * std::cos(order * here) - mean * std::cos(order * middle);
-      common[shapes + 2 * h + 1] = f * std::sin(order * here) - mean * std::sin(order * middle);
+      const double turn = harmonic.order * view.distance[i] / data_.metres_per_radian;
+      const double amplitude = harmonic.grows_with_faintness ? view.faintness[i] : 1;
+      common[shapes + 2 * h] = amplitude * std::cos(turn);
+      common[shapes + 2 * h + 1] = amplitude * std::sin(turn);
     }
     return common;
   }
@@ -258,8 +255,7 @@ class Problem {
     if (const Eigen::Index wave = k - (size_ - waves); wave >= 0)
       return wave_scale_ * wave_amplitude(wave, data_.metres_per_radian);
     if (k >= size_ - commons) return loose_shape;
-    const double sd[] = {k == per_view * first_ ? gauge : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
-                         jitter.bend};
+    const double sd[] = {jitter.offset, jitter.z, jitter.tilt_x, jitter.tilt_y, jitter.bend};
     return sd[k % per_view];
   }
 
@@ -308,6 +304,7 @@ class Problem {
       next.jitter.*member = improved_sd(jitter.*member, {min_jitter.*member, max_jitter.*member},
                                         {square, variance, count}, next.gradient);
     };
+    update(&ViewPose::offset, {0}, 0);
     update(&ViewPose::z, {1}, 1);  // their mean is fixed
     update(&ViewPose::tilt_x, {2, 3}, 0);
     next.jitter.tilt_y = next.jitter.tilt_x;
@@ -333,7 +330,6 @@ class Problem {
   double slope_sd_;
   bool slope_;
   Eigen::Index size_;
-  Eigen::Index first_;
   Matrix gram_, covariance_;
   Vector moment_, theta_;
   ViewPose jitter_;
