@@ -25,7 +25,9 @@ inline constexpr ViewPose second_jitter{0.5e-3, 0.5e-3, 0.2e-3, 0.2e-3, 1e-3};
 /// Number of bounds beyond which a board is reported as not at its stated position.
 inline constexpr double max_deviations = 4;
 
-inline constexpr double loose_shape = 5e-3;  ///< m, of a board
+/// m. Bounds of the standard deviation of the board's shape, which is estimated like the jitter: a flat board does not
+/// increase the uncertainty of the map.
+inline constexpr double min_shape = 1e-6, max_shape = 5e-3;
 /// m. Gauge: the displacements have the mean 0, because a common change of all boards' positions cannot be
 /// distinguished from the map. The map's mean, a common change of all pixels, is moved to the offsets.
 inline constexpr double gauge = 1e-7;

@@ -59,6 +59,7 @@ class Problem {
       if (next.gradient < settled) break;
       jitter = next.jitter;
       wave_scale_ = next.wave_scale;
+      shape_sd_ = next.shape_sd;
     }
     fit.settled = fit.gradient < settled;
     fit.jitter = jitter_ = jitter;
@@ -254,7 +255,7 @@ class Problem {
   double prior(Eigen::Index k, const ViewPose& jitter) const {
     if (const Eigen::Index wave = k - (size_ - waves); wave >= 0)
       return wave_scale_ * wave_amplitude(wave, data_.metres_per_radian);
-    if (k >= size_ - commons) return loose_shape;
+    if (k >= size_ - commons) return shape_sd_;
     const double sd[] = {jitter.offset, jitter.z, jitter.tilt_x, jitter.tilt_y, jitter.bend};
     return sd[k % per_view];
   }
@@ -282,14 +283,14 @@ class Problem {
 
   struct Improved {
     ViewPose jitter;
-    double wave_scale = 1;
+    double wave_scale = 1, shape_sd = max_shape;
     double gradient = 0;  ///< maximum of the log marginal likelihood's gradient, divided by the number of unknowns
   };
 
-  /// Most likely jitter and scale of the waves at the current estimates, within their bounds, and the gradient with
-  /// respect to their logarithms, which is 0 at a bound beyond which it points.
+  /// Most likely jitter, shape and scale of the waves at the current estimates, within their bounds, and the gradient
+  /// with respect to their logarithms, which is 0 at a bound beyond which it points.
   Improved improved(const ViewPose& jitter) const {
-    Improved next{jitter, wave_scale_, 0};
+    Improved next{jitter, wave_scale_, shape_sd_, 0};
     const auto update = [&](double ViewPose::*member, std::initializer_list<Eigen::Index> places, double held) {
       double square = 0, variance = 0, count = -held;
       for (std::size_t v = 0; v < use_.size(); ++v) {
@@ -309,6 +310,10 @@ class Problem {
     update(&ViewPose::tilt_x, {2, 3}, 0);
     next.jitter.tilt_y = next.jitter.tilt_x;
     update(&ViewPose::bend, {4}, 0);
+    const auto shape = Eigen::seqN(size_ - commons, shapes);
+    next.shape_sd =
+        improved_sd(shape_sd_, {min_shape, max_shape},
+                    {theta_(shape).squaredNorm(), covariance_.diagonal()(shape).sum(), double{shapes}}, next.gradient);
     double square = 0, variance = 0;
     for (Eigen::Index wave = 0; wave < waves; ++wave) {
       const Eigen::Index k = size_ - waves + wave;
@@ -333,7 +338,7 @@ class Problem {
   Matrix gram_, covariance_;
   Vector moment_, theta_;
   ViewPose jitter_;
-  double wave_scale_ = 1;
+  double wave_scale_ = 1, shape_sd_ = max_shape;
 };
 
 }  // namespace tofgraph::calibration::pattern
