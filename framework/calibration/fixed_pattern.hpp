@@ -22,6 +22,7 @@ struct PatternView {
   std::vector<float> weight;                ///< 1/m^2, of the mean of its frames
   std::vector<float> distance;              ///< m, D(T)
   std::vector<float> along_z;               ///< dD/dT of a flat board
+  std::vector<float> faintness;             ///< integration time / amplitude, relative to its mean over all views
   double board_distance = 0;                ///< m
   std::vector<std::array<float, 2>> place;  ///< m, point of the board seen by the pixel, in the board's axes
 };
@@ -40,7 +41,7 @@ PatternData read_pattern(const Request& request);
 /// Deviation of a board from its stated pose, and the effect on a view of a distance-dependent error: an offset common
 /// to all pixels, a displacement, and a curvature.
 struct ViewPose {
-  double offset = 0;              ///< m of the half path: wiggling, integration time etc.
+  double offset = 0;              ///< m of the half path, besides the waves: integration time etc.
   double z = 0;                   ///< m
   double tilt_x = 0, tilt_y = 0;  ///< rad about the board's own axes, small
   double bend = 0;                ///< 1/m: m per squared m of the half path beyond the board's distance

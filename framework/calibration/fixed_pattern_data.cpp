@@ -26,6 +26,7 @@ PatternView view_of(std::size_t index, const Board& board, const MeanImages& ima
   view.weight.assign(pixels, 0);
   view.distance.assign(pixels, none);
   view.along_z.assign(pixels, none);
+  view.faintness.assign(pixels, none);
   view.place.resize(pixels);
   const io::Condition& c = board.condition;
   io::Condition farther = c;
@@ -48,8 +49,25 @@ PatternView view_of(std::size_t index, const Board& board, const MeanImages& ima
     view.distance[i] = static_cast<float>(here[k]);
     view.along_z[i] = static_cast<float>((there[k] - here[k]) / step);
     view.place[i] = {static_cast<float>(place[0]), static_cast<float>(place[1])};
+    if (!images.amplitude.empty()) view.faintness[i] = static_cast<float>(c.integration_time / images.amplitude[k]);
   }
   return view;
+}
+
+/// Divides the faintness by its mean. If an amplitude or integration time is unknown, it is 1 everywhere.
+void normalise_faintness(std::vector<PatternView>& views) {
+  double sum = 0, count = 0;
+  for (const PatternView& view : views) {
+    for (std::size_t i = 0; i < view.residual.size(); ++i) {
+      if (!std::isfinite(view.residual[i])) continue;
+      sum += view.faintness[i];
+      count += 1;
+    }
+  }
+  const double mean = sum / count;
+  for (PatternView& view : views) {
+    for (float& f : view.faintness) f = std::isfinite(mean) ? static_cast<float>(f / mean) : 1;
+  }
 }
 
 void check_enough(const Request& request, PatternData& data) {
@@ -115,6 +133,7 @@ PatternData read_pattern(const Request& request) {
         fmt::format("{}: error: no usable condition\n  it needs boards at known distances{}", request.campaign.string(),
                     used_of(data.campaign.boards)));
   check_enough(request, data);
+  normalise_faintness(data.views);
   data.extent = 0;
   for (const PatternView& v : data.views) {
     for (const auto& [x, y] : v.place) data.extent = std::max({data.extent, double{std::abs(x)}, double{std::abs(y)}});

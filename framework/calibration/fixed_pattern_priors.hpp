@@ -17,26 +17,29 @@ namespace tofgraph::calibration::pattern {
 
 /// Bounds of the poses' standard deviations: a board that is set up by hand on a rail is within centimetres, and a
 /// curvature of 0.05 1/m corresponds to a wiggling of 9 mm at 20 MHz.
-inline constexpr ViewPose min_jitter{0, 1e-6, 1e-6, 1e-6, 1e-6};
-inline constexpr ViewPose max_jitter{0, 20e-3, 20e-3, 20e-3, 50e-3};
+inline constexpr ViewPose min_jitter{1e-6, 1e-6, 1e-6, 1e-6, 1e-6};
+inline constexpr ViewPose max_jitter{1, 20e-3, 20e-3, 20e-3, 50e-3};
 /// The two starts of the estimate; both must converge to the same map.
-inline constexpr ViewPose first_jitter{0, 10e-3, 5e-3, 5e-3, 20e-3};
-inline constexpr ViewPose second_jitter{0, 0.5e-3, 0.2e-3, 0.2e-3, 1e-3};
+inline constexpr ViewPose first_jitter{10e-3, 10e-3, 5e-3, 5e-3, 20e-3};
+inline constexpr ViewPose second_jitter{0.5e-3, 0.5e-3, 0.2e-3, 0.2e-3, 1e-3};
 /// Number of bounds beyond which a board is reported as not at its stated position.
 inline constexpr double max_deviations = 4;
 
-inline constexpr double loose_shape = 5e-3;  ///< m, of a board
-inline constexpr double loose_offset = 1;    ///< m, of all pixels of a view relative to those of the first view
-/// m. Gauge: the first view's offset is 0 and the displacements have the mean 0, because a common change of all pixels
-/// or of all boards' positions cannot be distinguished from the map. The map's mean is moved to the offsets.
+/// m. Bounds of the standard deviation of the board's shape, which is estimated like the jitter: a flat board does not
+/// increase the uncertainty of the map.
+inline constexpr double min_shape = 1e-6, max_shape = 5e-3;
+/// m. Gauge: the displacements have the mean 0, because a common change of all boards' positions cannot be
+/// distinguished from the map. The map's mean, a common change of all pixels, is moved to the offsets.
 inline constexpr double gauge = 1e-7;
 
 /// Distance-dependent error, common to all views: harmonics of the phase, with amplitudes in rad of phase.
-/// The fourth and the eighth are wiggling, the first and second crosstalk and unequal phase steps.
+/// The first is crosstalk, a constant phasor that turns faint light more than strong light: its amplitude is that at
+/// the mean faintness. The second is unequal phase steps, the fourth and the eighth are wiggling.
 struct Harmonic {
   double order, amplitude;
+  bool grows_with_faintness = false;
 };
-inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
+inline constexpr std::array<Harmonic, 4> harmonics = {{{1, 4e-3, true}, {2, 4e-3}, {4, 8e-3}, {8, 2e-3}}};
 /// Bounds of the factor of these amplitudes, which is estimated like the jitter: if the distances show no such error,
 /// it does not increase the uncertainty of the map.
 inline constexpr double min_wave_scale = 1e-3, max_wave_scale = 2;

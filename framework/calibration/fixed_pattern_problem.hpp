@@ -28,8 +28,7 @@ class Problem {
         use_(std::move(use)),
         slope_sd_(slope_sd),
         slope_(slope_sd > 0),
-        size_(per_view * static_cast<Eigen::Index>(use_.size()) + commons),
-        first_(std::ranges::find(use_, 1) - use_.begin()) {}
+        size_(per_view * static_cast<Eigen::Index>(use_.size()) + commons) {}
 
   void assemble() {
     const std::size_t pixels = data_.rows * data_.columns;
@@ -60,6 +59,7 @@ class Problem {
       if (next.gradient < settled) break;
       jitter = next.jitter;
       wave_scale_ = next.wave_scale;
+      shape_sd_ = next.shape_sd;
     }
     fit.settled = fit.gradient < settled;
     fit.jitter = jitter_ = jitter;
@@ -171,17 +171,17 @@ class Problem {
     return {1, z, z * y, -z * x, beyond * beyond};  // R_x turns y towards z, R_y turns x away from z
   }
 
-  /// Shape of the board at the pixel, and the waves relative to their values at the board's distance.
+  /// Shape of the board at the pixel, and the waves.
   Eigen::Matrix<double, commons, 1> common_of(const PatternView& view, std::size_t i) const {
     Eigen::Matrix<double, commons, 1> common;
     const auto terms = shape_terms_at(view.place[i][0] / data_.extent, view.place[i][1] / data_.extent);
     common.head<shapes>() = view.along_z[i] * Eigen::Map<const Eigen::Matrix<double, shapes, 1>>(terms.data());
-    const double here = view.distance[i] / data_.metres_per_radian,
-                 middle = view.board_distance / data_.metres_per_radian;
     for (Eigen::Index h = 0; h < waves / 2; ++h) {
-      const double order = harmonics[static_cast<std::size_t>(h)].order;
-      common[shapes + 2 * h] = std::cos(order * here) - std::cos(order * middle);
-      common[shapes + 2 * h + 1] = std::sin(order * here) - std::sin(order * middle);
+      const Harmonic& harmonic = harmonics[static_cast<std::size_t>(h)];
+      const double turn = harmonic.order * view.distance[i] / data_.metres_per_radian;
+      const double amplitude = harmonic.grows_with_faintness ? view.faintness[i] : 1;
+      common[shapes + 2 * h] = amplitude * std::cos(turn);
+      common[shapes + 2 * h + 1] = amplitude * std::sin(turn);
     }
     return common;
   }
@@ -255,9 +255,8 @@ class Problem {
   double prior(Eigen::Index k, const ViewPose& jitter) const {
     if (const Eigen::Index wave = k - (size_ - waves); wave >= 0)
       return wave_scale_ * wave_amplitude(wave, data_.metres_per_radian);
-    if (k >= size_ - commons) return loose_shape;
-    const double sd[] = {k == per_view * first_ ? gauge : loose_offset, jitter.z, jitter.tilt_x, jitter.tilt_y,
-                         jitter.bend};
+    if (k >= size_ - commons) return shape_sd_;
+    const double sd[] = {jitter.offset, jitter.z, jitter.tilt_x, jitter.tilt_y, jitter.bend};
     return sd[k % per_view];
   }
 
@@ -284,14 +283,14 @@ class Problem {
 
   struct Improved {
     ViewPose jitter;
-    double wave_scale = 1;
+    double wave_scale = 1, shape_sd = max_shape;
     double gradient = 0;  ///< maximum of the log marginal likelihood's gradient, divided by the number of unknowns
   };
 
-  /// Most likely jitter and scale of the waves at the current estimates, within their bounds, and the gradient with
-  /// respect to their logarithms, which is 0 at a bound beyond which it points.
+  /// Most likely jitter, shape and scale of the waves at the current estimates, within their bounds, and the gradient
+  /// with respect to their logarithms, which is 0 at a bound beyond which it points.
   Improved improved(const ViewPose& jitter) const {
-    Improved next{jitter, wave_scale_, 0};
+    Improved next{jitter, wave_scale_, shape_sd_, 0};
     const auto update = [&](double ViewPose::*member, std::initializer_list<Eigen::Index> places, double held) {
       double square = 0, variance = 0, count = -held;
       for (std::size_t v = 0; v < use_.size(); ++v) {
@@ -306,10 +305,15 @@ class Problem {
       next.jitter.*member = improved_sd(jitter.*member, {min_jitter.*member, max_jitter.*member},
                                         {square, variance, count}, next.gradient);
     };
+    update(&ViewPose::offset, {0}, 0);
     update(&ViewPose::z, {1}, 1);  // their mean is fixed
     update(&ViewPose::tilt_x, {2, 3}, 0);
     next.jitter.tilt_y = next.jitter.tilt_x;
     update(&ViewPose::bend, {4}, 0);
+    const auto shape = Eigen::seqN(size_ - commons, shapes);
+    next.shape_sd =
+        improved_sd(shape_sd_, {min_shape, max_shape},
+                    {theta_(shape).squaredNorm(), covariance_.diagonal()(shape).sum(), double{shapes}}, next.gradient);
     double square = 0, variance = 0;
     for (Eigen::Index wave = 0; wave < waves; ++wave) {
       const Eigen::Index k = size_ - waves + wave;
@@ -331,11 +335,10 @@ class Problem {
   double slope_sd_;
   bool slope_;
   Eigen::Index size_;
-  Eigen::Index first_;
   Matrix gram_, covariance_;
   Vector moment_, theta_;
   ViewPose jitter_;
-  double wave_scale_ = 1;
+  double wave_scale_ = 1, shape_sd_ = max_shape;
 };
 
 }  // namespace tofgraph::calibration::pattern

@@ -123,12 +123,12 @@ class FixedPatternReport {
                     "the displacements is 0. The offset of all pixels is determined by the calibration offset.",
                     mm(fit_.jitter.z), mm(fit_.jitter.tilt_x)));
     page_.paragraph(fmt::format(
-        "Priors, standard deviations: displacements at most {:.0f} mm, tilts at most {:.0f} mrad, both estimated from "
-        "the data; the board's shape {:.0f} mm; an error that depends on the distance, as wiggling does, {}. It was "
-        "estimated as {}. Two starts of the estimate gave maps that differ by {} mm; the pixels of a view differ by {} "
-        "mm (robust standard deviation).",
-        pattern::max_jitter.z * 1e3, pattern::max_jitter.tilt_x * 1e3, pattern::loose_shape * 1e3, wave_priors(),
-        waves(), mm(fit_.restart_difference, 4), mm(fit_.input_spread)));
+        "Priors, standard deviations: displacements at most {:.0f} mm, tilts at most {:.0f} mrad, the board's shape at "
+        "most {:.0f} mm, all estimated from the data; an error that depends on the distance, as wiggling does, {}. It "
+        "was estimated as {}. Two starts of the estimate gave maps that differ by {} mm; the pixels of a view differ "
+        "by {} mm (robust standard deviation).",
+        pattern::max_jitter.z * 1e3, pattern::max_jitter.tilt_x * 1e3, pattern::max_shape * 1e3, wave_priors(), waves(),
+        mm(fit_.restart_difference, 4), mm(fit_.input_spread)));
   }
 
   std::string wave_priors() const {

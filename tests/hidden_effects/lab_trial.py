@@ -11,7 +11,7 @@ trial.json contains the same. Exit code 1 if a requirement is not met."""
 import argparse, json, math, os, resource, statistics, subprocess, sys, time
 from pathlib import Path
 
-STEPS = [("lens", "intrinsics"), ("noise", "noise"), ("response", "response"), ("warm", "warm-up"),
+STEPS = [("noise", "noise"), ("lens", "intrinsics"), ("response", "response"), ("warm", "warm-up"),
          ("pattern", "fixed-pattern"), ("offset", "offset")]
 PIPELINE = """pipeline: 1
 camera: lab7
