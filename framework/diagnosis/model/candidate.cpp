@@ -193,7 +193,7 @@ std::vector<std::vector<double>> combinations(std::span<const std::vector<double
   return all;
 }
 
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters, NonlinearRange range) {
+std::vector<std::vector<double>> starts_of_nonlinear(std::span<const FreeParameter> parameters, NonlinearRange range) {
   std::vector<std::vector<double>> values;
   for (const FreeParameter& p : parameters)
     values.push_back(p.nonlinear ? tried(p, range) : std::vector<double>{p.off});

@@ -79,8 +79,8 @@ std::vector<std::vector<double>> combinations(std::span<const std::vector<double
 enum class NonlinearRange : std::uint8_t { usual, any };
 
 /// Starts of a search: amplitudes at off, combined with a few values of each nonlinear parameter.
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters,
-                                           NonlinearRange range = NonlinearRange::any);
+std::vector<std::vector<double>> starts_of_nonlinear(std::span<const FreeParameter> parameters,
+                                                     NonlinearRange range = NonlinearRange::any);
 
 class Candidate {
  public:

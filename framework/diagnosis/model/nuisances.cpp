@@ -120,7 +120,7 @@ std::optional<double> lower_contrast(const Design& design, const Observations& d
 struct Lower {
   double value = 0, variance = 0;
 };
-Lower lower_contrast(const Problem& problem, const State& state) {
+Lower fitted_lower_contrast(const Problem& problem, const State& state) {
   const auto& sd = problem.nuisances.sd;
   const auto rows = expected(problem, state);
   const std::vector<Column> columns = jacobian(problem, state, rows);
@@ -167,14 +167,16 @@ std::string MeasuredContrast::text() const {
          " (statistical)";
 }
 
-double log_lower_contrast(const Problem& problem, const State& state) { return lower_contrast(problem, state).value; }
+double log_lower_contrast(const Problem& problem, const State& state) {
+  return fitted_lower_contrast(problem, state).value;
+}
 
 std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State& state, double lack_of_fit) {
   if (!are_seen(intensity, problem.design, problem.data)) return std::nullopt;
   const Problem floating{
       problem.design,  problem.data, problem.targets, problem.target, nuisances_of(problem.design, true),
       problem.deadline};
-  const Lower lower = lower_contrast(floating, state);
+  const Lower lower = fitted_lower_contrast(floating, state);
   const double half = 1.96 * std::sqrt(lower.variance * std::max(lack_of_fit, 1.0));
   const double profile = problem.design.camera().contrast;
   return MeasuredContrast{profile, profile * std::exp(-lower.value), profile * std::exp(-lower.value - half),

@@ -81,7 +81,8 @@ struct ConditionNuisances {
   std::shared_ptr<const Boards> boards = nullptr;  ///< null: flat
 };
 
-/// Data to be explained. Changed only by its maker, before any model is fitted to it.
+/// Data to be explained. Changed only by its maker: before any model is fitted to it, or by FoldProblem::fix_contrast()
+/// between the predictions with the given and with the fitted model.
 struct Problem {
   const Design& design;
   const std::vector<Observations>& data;  ///< one per condition
@@ -136,7 +137,8 @@ Problem with_data(const Problem& problem, const std::vector<Observations>& data)
 /// The same problem with another deadline. @param deadline must live on
 Problem with_deadline(Problem problem, const Deadline& deadline);
 
-/// Parts of an expectation that stay fixed during a fit. Shared by states, never changed.
+/// Bias of the coarse grid (fixed during a fit), and response to light (updated during a fit if no amplitudes are
+/// known, restored afterwards). Shared by states; the rows themselves never change.
 struct Precomputed {
   std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; null: 0
   /// Change of the observables by a factor e of light; null: that of the ideal camera. Light that does not come from

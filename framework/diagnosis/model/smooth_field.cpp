@@ -132,12 +132,12 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
   }
   if (best == 0 || best == now) return {};
   auto smooth_field = std::make_shared<const SmoothField>(fields, best);
-  std::vector<Eigen::Index> runs = runs_of(problem, fit.state, *smooth_field);
+  std::vector<Eigen::Index> runs = estimated_runs(problem, fit.state, *smooth_field);
   if (!runs.empty() && std::ranges::max(runs) + 1 < settings.field_min_runs) return {};
   return {std::move(smooth_field), std::move(runs), exactly(now) - exactly(best)};
 }
 
-std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, const SmoothField& smooth_field) {
+std::vector<Eigen::Index> estimated_runs(const Problem& problem, const State& state, const SmoothField& smooth_field) {
   const std::size_t count = problem.data.size();
   if (!problem.design.tells_order()) return {};
   State plain = state;

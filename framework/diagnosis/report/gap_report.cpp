@@ -31,7 +31,7 @@ std::string name_and_ties(const EffectResult& effect) {
 
 /// "distance 5/5, target 4/4": number of folds that chose an effect or one that is tied with it.
 std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
-  const std::vector<std::string> names = names_of(effect.name, effect.rivals);
+  const std::vector<std::string> names = names_with_rivals(effect.name, effect.rivals);
   std::vector<std::string> settings;
   std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
   for (const FoldResult& fold : cross_fit.folds) {

@@ -79,7 +79,7 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
 }
 
 /// Bars of the conditions that contribute most to an effect's gain.
-std::string effective_sample_size(const ReportData& data, const EffectResult& e) {
+std::string influence_bars(const ReportData& data, const EffectResult& e) {
   std::vector<std::size_t> order(e.influence.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, std::greater<>{}, [&](std::size_t i) { return e.influence[i]; });
@@ -177,7 +177,7 @@ void add_influence(report::Page& page, const ReportData& data) {
   std::vector<std::string> halves;
   for (const EffectResult& e : data.d.effects) {
     if (e.influence.empty()) continue;
-    pictures.push_back(effective_sample_size(data, e));
+    pictures.push_back(influence_bars(data, e));
     halves.push_back(half_of(e));
   }
   if (pictures.empty()) return;

@@ -178,7 +178,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   std::string nearest;
   for (const Near& near : search.nearest)
     nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(),
-                           100 * near.explained_fraction);
+                           100 * near.fraction_of_largest);
   if (!nearest.empty())
     page.paragraph("The closest effects, and the part of it that they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};

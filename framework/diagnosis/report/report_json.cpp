@@ -90,13 +90,13 @@ json unexplained_of(const Diagnosis& d) {
   }
   result["map"] = unexplained_map_name;
   for (const Near& near : d.search.nearest)
-    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.explained_fraction}});
+    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.fraction_of_largest}});
   for (const EffectFinding& tried : d.search.dropped)
     result["refuted"].push_back({{"effect", tried.name}, {"why", tried.refutation}});
   return result;
 }
 
-json folds_of(const Diagnosis& d) {
+json folds_json(const Diagnosis& d) {
   json all = json::array();
   for (const FoldResult& result : d.search.cross_fit.folds) {
     const Fold& fold = result.fold;
@@ -288,7 +288,7 @@ json report_json(const Diagnosis& d) {
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
   if (d.spread) report["pixel_spread"] = spread_of(*d.spread);
-  report["folds"] = folds_of(d);
+  report["folds"] = folds_json(d);
   for (const Stability& one : d.stability)
     report["resampled"].push_back({{"put_aside", one.put_aside},
                                    {"runs", one.chosen.size()},

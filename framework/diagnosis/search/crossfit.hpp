@@ -48,8 +48,8 @@ struct CrossFit {
   std::vector<std::size_t> clusters;  ///< clusters_of() the design
 
   bool empty() const { return folds.empty(); }
-  /// Share of the folds that chose an effect, or one tied with it; a fold that failed counts as not choosing it.
-  /// @param names of the effect and those tied with it
+  /// Share of the folds that chose one of these; a fold that failed counts as not choosing it.
+  /// @param names of an effect and of rivals that explain as much, see EffectFinding::names()
   double chosen_fraction(const std::vector<std::string>& names) const;
   /// Root mean square over superpixels, SI, with the ends of its 95 % interval over clusters.
   struct Gap {
@@ -65,16 +65,16 @@ struct CrossFit {
 };
 
 /// @param folds conditions to hold out @param data of the whole design
-/// @param asked names of each tested effect, its own first, then those tied with it: once none of them can pass,
-/// because too many folds did without it or predicted worse with it, the remaining folds are skipped
+/// @param asked names of each tested effect, see EffectFinding::names(): once none of them can pass, because too many
+/// folds did without it or predicted worse with it, the remaining folds are skipped
 /// @param known results of the first folds for the same data, model, candidates and options; not searched again
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked = {},
                    std::vector<FoldResult> known = {});
 
-/// Improvement by an effect, or by one tied with it, on held-out data: chi-square without it and with it, over the
-/// conditions of all folds that chose it.
+/// Improvement by an effect, or by a rival that explains as much, on held-out data: chi-square without it and with it,
+/// over the conditions of all folds that chose it.
 struct HeldOutImprovement {
   double without = 0, with = 0, seen = 0;  ///< chi-squares; `seen`: of the change by the effect
   double low = 0;                          ///< lower end of the 95 % interval of without - with, over conditions
@@ -89,7 +89,7 @@ struct HeldOutImprovement {
   bool is_significant() const { return low > 0; }
   bool is_worse() const { return seen >= settings.min_harm_chi_square && without <= with; }
 };
-/// @param names of the effect first, then those tied with it
+/// @param names see EffectFinding::names()
 HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
                                            std::uint64_t seed);
 

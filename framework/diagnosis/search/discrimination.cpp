@@ -165,7 +165,7 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
                                       const Candidate& candidate) {
   std::vector<Question> questions;
   const auto rows = expected(problem, state);
-  const std::vector<double> start = probes_of(candidate.free()).front();
+  const std::vector<double> start = starts_of_nonlinear(candidate.free()).front();
   for (std::size_t k = 0; k < start.size(); ++k) {
     const FreeParameter& p = candidate.free()[k];
     if (p.nonlinear) continue;

@@ -98,7 +98,7 @@ class Prediction {
 
   const FoldProblem& held_;
   std::vector<OutOfFold> conditions_;
-  State there_;  ///< last predicted state, in the held-out conditions
+  State there_;  ///< last predicted state, in the held-out conditions; its nuisances are carried to the next one
   Rows after_;
   RandomEffectSd random_sd_;
 };

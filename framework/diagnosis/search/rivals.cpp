@@ -43,7 +43,7 @@ std::size_t term_of(const State& state, const Candidate& candidate) {
 
 }  // namespace
 
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
+std::vector<std::string> names_with_rivals(const std::string& effect, std::span<const Rival> rivals) {
   std::vector<std::string> all = {effect};
   for (const Rival& rival : rivals) {
     if (rival.does_as_much()) all.push_back(rival.candidate->name());

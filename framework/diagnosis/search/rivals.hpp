@@ -37,7 +37,7 @@ struct Rival {
 };
 
 /// Names of an effect and of its rivals that explain as much.
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals);
+std::vector<std::string> names_with_rivals(const std::string& effect, std::span<const Rival> rivals);
 
 /// True if two models differ only by these effects in one and that effect in the other.
 bool differ_only_by(const State& one, std::span<const std::string> effects, const State& other, const std::string& its);

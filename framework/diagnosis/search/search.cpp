@@ -100,8 +100,8 @@ class Search {
     result_.refinements = tested_ ? tested_->refinements : std::vector<EffectFinding>{};
   }
 
-  /// Drops effects until the model predicts distances no worse than the given one; if it still does without any, keeps
-  /// the given values.
+  /// Drops effects while the model predicts distances worse than the given one. If it still predicts them worse without
+  /// any effect, the given values are kept.
   void compare_with_given_model() {
     selection_.task().report_progress("comparing with the given model");
     selection_.set_deadline(options().verification);
@@ -172,7 +172,7 @@ class Search {
       result_.time_expired = result_.not_compared = true;
     }
     selection_.set_deadline({});
-    for (EffectFinding& finding : result_.found) tests_.weigh(finding);
+    for (EffectFinding& finding : result_.found) tests_.set_held_out_results(finding);
   }
 
   /// Lists patterns that no candidate explains, and the candidates closest to them.
@@ -199,7 +199,7 @@ class Search {
       const double fraction = left.most > 0 ? std::min(score_of(problem, best, group).gain / left.most, 1.0) : 1.0;
       if (fraction > settings.min_nearest_fraction) result_.nearest.push_back({t.candidate, fraction});
     }
-    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::explained_fraction);
+    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::fraction_of_largest);
   }
 
   SearchResult report() {

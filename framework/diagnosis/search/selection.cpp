@@ -111,7 +111,7 @@ void Selection::drop(const ModelTerm& addition) { fit_and_accept(without(additio
 void Selection::fit_and_accept(State state) {
   update_precomputed(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));
-  selected_.best = boards_.refit(std::move(selected_.best));
+  selected_.best = boards_.refit(std::move(selected_.best), selected_.unsure_boards);
 }
 
 bool Selection::try_accept(State state) {

@@ -28,7 +28,7 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
   }
   if (one.amplitudes.empty()) return;
   bool first = true;
-  for (std::vector<double>& values : probes_of(parameters, range)) {
+  for (std::vector<double>& values : starts_of_nonlinear(parameters, range)) {
     one.values = std::move(values);
     Group group{candidate.name(), {}};
     try {
@@ -209,7 +209,7 @@ std::optional<Column> change_of(const Problem& problem, const State& state, cons
   }
 }
 
-/// Indices of a model's columns that do not belong to a addition.
+/// Indices of a model's columns that do not belong to an addition.
 std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& addition, std::size_t columns) {
   const std::size_t first = first_parameter(state, addition.term, addition.refinement),
                     last = first + values_of(state.terms[addition.term], addition).size();

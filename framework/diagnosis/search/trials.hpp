@@ -88,7 +88,7 @@ class Trials {
 /// Names of the effects listed as confused with one, by its author or by theirs.
 std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
-/// Model without a addition. The derivatives are those of the model with it. @throws simulation::EffectError
+/// Model without an addition. The derivatives are those of the model with it. @throws simulation::EffectError
 ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& addition);
 
 // ---- Lower limits of the deviance that removing a term costs, before the fit without it ----
