@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -59,14 +58,10 @@ std::string settings_of(const io::Condition& c) {
                      c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
 }
 
-/// Variances of the measurements.
-struct Measured {
-  double frames = 0;    ///< mean over all superpixels, between frames; 0 without frames
-  double repeated = 0;  ///< between conditions with equal settings, beyond that of their frames; NaN: none is repeated
-};
+}  // namespace
 
-Measured measured(const Problem& problem, bool frames, std::size_t observable) {
-  Measured result;
+MeasuredNoise measured_noise(const Problem& problem, bool frames, std::size_t observable) {
+  MeasuredNoise result;
   const auto variance_of_frames = [&](std::size_t i, std::size_t row) {
     return frames ? std::pow(problem.shown_scale(observable, i, row), 2) * problem.data[i].variance[row] : 0;
   };
@@ -96,16 +91,9 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
       freedom += count - 1;
     }
   }
-  result.repeated = freedom > 0 ? std::max(beyond / freedom, 0.0) : std::numeric_limits<double>::quiet_NaN();
+  if (freedom > 0) result.repeated = std::max(beyond / freedom, 0.0);
+  result.known = frames || freedom > 0;
   return result;
-}
-
-}  // namespace
-
-double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
-  const Measured all = measured(problem, frames, observable);
-  if (std::isnan(all.repeated)) return frames ? std::sqrt(all.frames) : all.repeated;
-  return std::sqrt(all.frames + all.repeated);
 }
 
 std::array<double, observables> scatter_of(const Problem& problem, const State& state) {
@@ -137,15 +125,6 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
     scatter[o] = sum / count;
   }
   return scatter;
-}
-
-double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable) {
-  const double repeated = measured(problem, frames, observable).repeated;
-  return std::sqrt(std::max(scatter - (std::isnan(repeated) ? 0 : repeated), 0.0));
-}
-
-double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable) {
-  return std::sqrt(measured(problem, frames, observable).frames + scatter);
 }
 
 namespace {

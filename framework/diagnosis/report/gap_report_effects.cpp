@@ -201,7 +201,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
   constexpr std::size_t most = 3;  // per effect, in addition to the tied ones
   for (const EffectResult& e : data.d.effects) {
     std::size_t worse = 0;
-    for (const Rival& rival : e.rivals) {
+    for (const Rival& rival : e.rivals()) {
       if (!rival.does_as_much() && ++worse > most) continue;
       if (!rival.is_listed_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),

@@ -23,7 +23,7 @@ struct ReportData {
 
   const Diagnosis& d;
   const Design& design;
-  Problem problem;
+  const Problem& problem;
   std::map<std::size_t, Evidence> evidence;  ///< of the observables with data
 };
 

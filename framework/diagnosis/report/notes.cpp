@@ -5,7 +5,6 @@
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/validation.hpp"
-#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,7 +14,6 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -79,25 +77,7 @@ std::string as_well(const std::string& found, const std::string& others, const s
   return fmt::format("These data cannot distinguish {} from {}.{}", found, others, advice);
 }
 
-bool lists_as_confusable(const Candidate& one, const Candidate& other) {
-  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
-  return std::ranges::find(names, other.name()) != names.end();
-}
-
 }  // namespace
-
-std::string separating_experiment(const Candidate& found, const Rival& rival) {
-  const Candidate& other = *rival.candidate;
-  const bool others_advice =
-      rival.of_several() || (lists_as_confusable(other, found) && !lists_as_confusable(found, other));
-  return (others_advice ? other : found).border().experiment;
-}
-
-void sort_ties(std::vector<Rival>& rivals) {
-  std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
-    return std::tuple(!one.tied, one.tied && one.undetermined, one.tied ? one.candidate->free().size() : 0);
-  });
-}
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
@@ -107,7 +87,7 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
     std::map<std::string, std::vector<std::string>> tied;  // by the experiment that separates them
     for (const Rival& rival : found.rivals) {
       if (!rival.tied) continue;
-      const std::string experiment = separating_experiment(*found.candidate, rival);
+      const std::string experiment = rival.separating_experiment(*found.candidate);
       if (!rival.of_several()) tied[experiment].push_back(rival.candidate->name());
       if (rival.of_several() && rival.is_listed_at(found.name))
         notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
@@ -167,7 +147,7 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
                     : problem.light_seen()
                         ? "The captures have distances and amplitudes: the intensity and the null channels are unknown."
                         : "The captures have distances only: the light and the null channels are unknown.");
-  if (std::isnan(noise_floor(problem, !m.table, distance)))
+  if (!measured_noise(problem, !m.table, distance).known)
     notes.push_back(
         "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
   if (!m.design->tells_order())
@@ -261,6 +241,14 @@ std::string note_on_contrast(const MeasuredContrast& contrast) {
       contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
 }
 
+std::string note_on_not_written(const SearchResult& search) {
+  if (search.not_better.empty()) return "";
+  return fmt::format(
+      "{}: {}.",
+      search.is_given ? "The given model is written unchanged" : "A larger model was found and is not written",
+      search.not_better);
+}
+
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
   std::vector<std::string> notes;
   if (search.time_expired)
@@ -275,12 +263,9 @@ std::vector<std::string> notes_on_verification(const SearchResult& search, doubl
     notes.push_back(
         "It left no time to compare all named effects with others: effects that cannot be distinguished from them may "
         "be missing.");
-  if (search.is_given)
-    notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
-  else if (!search.not_better.empty())
-    notes.push_back(fmt::format("A larger model was found and is not written: {}.", search.not_better));
+  if (const std::string note = note_on_not_written(search); !note.empty()) notes.push_back(note);
   const GapComparison& written = search.verified.held_out;
-  if (const double chosen = search.cross_fit.gap(distance, "", 1).after;
+  if (const double chosen = search.cross_fit.gap().after;
       !search.cross_fit.empty() && is_gap_worse(chosen, written.model))
     notes.push_back(
         fmt::format("The effects that are written, fitted without the held-out conditions, predict these with a "

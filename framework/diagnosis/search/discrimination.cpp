@@ -231,11 +231,8 @@ std::optional<Question> value_question(const Problem& problem, const State& stat
 Question tie_question(const Problem& problem, const State& state, const Eigen::MatrixXd& information,
                       const EffectFinding& found, const Rival& rival) {
   const State other = comparable_with(state, rival.state);
-  Question question{{found.name, rival.candidate->name()},
-                    state,
-                    other,
-                    (rival.of_several() ? rival.candidate : found.candidate)->border().experiment,
-                    information};
+  Question question{
+      {found.name, rival.candidate->name()}, state, other, rival.separating_experiment(*found.candidate), information};
   if (rival.undetermined) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
     const auto term =
         std::ranges::find(other.terms, rival.candidate->name(), [](const Term& one) { return one.candidate->name(); });

@@ -33,7 +33,7 @@ std::string held_out_failure(const EffectFinding& found) {
   if (!found.improvement.is_significant())
     return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",
                        found.improvement.without, found.improvement.with);
-  return gap_worsened(found.improvement.depth_without, found.improvement.depth_with, "it");
+  return gap_worsened(found.improvement.gap_refitted_without, found.improvement.gap_with, "it");
 }
 
 }  // namespace
@@ -264,9 +264,9 @@ std::string EffectTests::why_not_together() const {
   std::vector<std::string> names;
   for (const EffectFinding& finding : findings_.result.found)
     std::ranges::copy(finding.names(), std::back_inserter(names));
-  const CrossFit::Depth depth = findings_.result.cross_fit.depth_with_only(names);
-  const std::string why = gap_worsened(depth.before, depth.after, "what was found");
-  return why.empty() || depth.alone ? why : "most folds chose others beside it, and with these " + why;
+  const auto [gap, alone] = findings_.result.cross_fit.gap_with_only(names);
+  const std::string why = gap_worsened(gap.before, gap.after, "what was found");
+  return why.empty() || alone ? why : "most folds chose others beside it, and with these " + why;
 }
 
 bool EffectTests::drop_unconfirmed() {

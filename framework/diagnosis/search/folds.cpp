@@ -173,7 +173,19 @@ double square_of(const Gram& gram, Eigen::Index column, const RandomEffectSd& ra
   return marginal(gram, random_sd, determinant)(column, column);
 }
 
+double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
+
 }  // namespace
+
+void GapSums::add(const OutOfFold& one, std::size_t observable) {
+  before += one.before[observable], after += one.after[observable], count += one.count[observable];
+}
+
+void GapSums::add(std::span<const OutOfFold> conditions) {
+  for (const OutOfFold& one : conditions) add(one, distance);
+}
+
+HeldOutGap GapSums::gap() const { return {root_mean(before, count), root_mean(after, count)}; }
 
 Prediction::Prediction(const FoldProblem& held, const Fold& fold) : held_(held) {
   for (const std::size_t i : fold.held) conditions_.push_back({.condition = i});

@@ -7,9 +7,11 @@
 #include "diagnosis/model/fit.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -72,6 +74,21 @@ struct OutOfFold {
     double taken_out = 0;                 ///< sum of squares of depth, effect removed and all else unchanged, m^2
   };
   std::map<std::string, Less> without;  ///< models with one effect less, fitted without it
+};
+
+/// Gaps of the given and the fitted model: root mean squares over superpixels, SI, of depth in m; NaN: unknown.
+struct HeldOutGap {
+  double before = NAN, after = NAN;
+};
+
+/// Sums over held-out conditions, see OutOfFold.
+struct GapSums {
+  double before = 0, after = 0, count = 0;
+
+  void add(const OutOfFold& one, std::size_t observable);
+  /// Adds the distances of conditions.
+  void add(std::span<const OutOfFold> conditions);
+  HeldOutGap gap() const;
 };
 
 /// Predicts with everything fixed; the reflectivity of a new target is estimated from amplitudes, never from distances.

@@ -93,20 +93,9 @@ std::vector<OutOfFold> predicted_or_nothing(const Fold& fold, const Problem& pro
   }
 }
 
-struct Squares {
-  double given = 0, model = 0, count = 0;
-
-  void add(const std::vector<OutOfFold>& conditions) {
-    for (const OutOfFold& c : conditions)
-      given += c.before[distance], model += c.after[distance], count += c.count[distance];
-  }
-  GapComparison gaps() const { return {std::sqrt(given / count), std::sqrt(model / count)}; }
-};
-
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model) {
-  const Problem original = make_problem(problem.design, problem.data, problem.deadline);
-  const State before = fit_as_written(original, first_state(original, given)).state;
-  return {gap(original, before, distance), gap(problem, with_flat_boards(model), distance)};
+  const State before = fit_as_written(problem, first_state(problem, given)).state;
+  return {gap(problem, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
 
 }  // namespace
@@ -123,9 +112,9 @@ GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& k
         all[f] = predicted_or_nothing(folds[f], problem, given, model);
     });
   });
-  Squares sum;
-  for (const std::vector<OutOfFold>& fold : all) sum.add(fold);
-  return sum.gaps();
+  GapSums sums;
+  for (const std::vector<OutOfFold>& fold : all) sums.add(fold);
+  return {sums.gap().before, sums.gap().after};
 }
 
 std::string Verification::why_worse() const {
@@ -181,7 +170,8 @@ ModelFit fitted(const Problem& problem, State state) {
 
 }  // namespace
 
-GivenModel::GivenModel(const std::vector<simulation::ModelEffect>& effects) : effects_(effects) {
+GivenModel::GivenModel(const std::vector<simulation::ModelEffect>& effects, std::uint64_t seed)
+    : effects_(effects), seed_(seed) {
   for (const simulation::ModelEffect& effect : effects_) {
     candidates_.push_back(std::make_unique<Candidate>(effect));
     terms_.push_back({candidates_.back().get(), candidates_.back()->start()});
@@ -239,7 +229,7 @@ std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem,
   bool held = false;
   for (;;) {
     const double rest = lack_of_fit(problem, with_jacobian(problem, fit));
-    const std::vector<Interval> all = intervals(problem, fit, 1, rest, Refinements::as_they_are);
+    const std::vector<Interval> all = intervals(problem, fit, seed_, rest, Refinements::as_they_are);
     double most = 1;
     std::optional<std::pair<std::size_t, std::size_t>> loosest;
     for (std::size_t t = 0; t < terms_.size(); ++t) {

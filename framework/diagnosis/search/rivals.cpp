@@ -6,6 +6,7 @@
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/search.hpp"
+#include "graph/stream.hpp"
 
 #include <algorithm>
 #include <set>
@@ -41,7 +42,24 @@ std::size_t term_of(const State& state, const Candidate& candidate) {
   return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
 }
 
+bool lists_as_confusable(const Candidate& one, const Candidate& other) {
+  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  return std::ranges::find(names, other.name()) != names.end();
+}
+
 }  // namespace
+
+std::string Rival::separating_experiment(const Candidate& found) const {
+  const bool own_advice =
+      of_several() || (lists_as_confusable(*candidate, found) && !lists_as_confusable(found, *candidate));
+  return (own_advice ? *candidate : found).border().experiment;
+}
+
+void sort_ties(std::vector<Rival>& rivals) {
+  std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
+    return std::tuple(!one.tied, one.tied && one.undetermined, one.tied ? one.candidate->free().size() : 0);
+  });
+}
 
 std::vector<std::string> names_with_rivals(const std::string& effect, std::span<const Rival> rivals) {
   std::vector<std::string> all = {effect};

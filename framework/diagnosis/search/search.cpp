@@ -121,12 +121,13 @@ class Search {
   }
 
   void hold_given_values() {
-    if (!options().hold_given) return;
-    std::vector<Term>& given_terms = selection_.task().given_terms;
-    if (std::optional<ModelFit> held = options().hold_given(selection_.problem(), selection_.best(), given_terms)) {
-      findings_.forget_comparison();
-      selection_.accept(*std::move(held));
-    }
+    GivenModel* const given = options().given;
+    if (given == nullptr) return;
+    std::optional<ModelFit> held = given->hold_undetermined_in(selection_.problem(), selection_.best());
+    if (!held) return;
+    selection_.task().given_terms = given->terms();
+    findings_.forget_comparison();
+    selection_.accept(*std::move(held));
   }
 
   /// Reason why the best model must not be written, or "".

@@ -34,18 +34,17 @@ struct Step {
 
 // ---- Task of a selection and the model that it has reached, shared by all its steps ----
 
+class GivenModel;
+
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;
   std::uint64_t seed = 1;
   std::function<void(const std::string& what)> progress;             ///< may be empty
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
-  Deadline deadline = {};  ///< for the search; its results until then are verified
-  /// Refits a model and holds those of the given values that the data do not determine; nullopt if all are determined.
-  /// Replaces the terms of the given model. May be empty.
-  std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit, std::vector<Term>& given_terms)>
-      hold_given;
-  Deadline verification = {};  ///< for the verification; if it passes, the given model is kept
-  Deadline comparison = {};    ///< for the comparison of the written model with rivals
+  Deadline deadline = {};       ///< for the search; its results until then are verified
+  GivenModel* given = nullptr;  ///< holds those of its values that the data do not determine; null: they are fitted
+  Deadline verification = {};   ///< for the verification; if it passes, the given model is kept
+  Deadline comparison = {};     ///< for the comparison of the written model with rivals
 };
 
 /// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log and refused effects.
@@ -69,7 +68,7 @@ struct SelectedModel {
 /// Data, candidates and options of a selection, with its log.
 struct SelectionTask {
   const Problem problem;
-  std::vector<Term> given_terms;  ///< of the given model
+  std::vector<Term> given_terms;  ///< of the given model; in the main search a copy of GivenModel::terms()
   const std::vector<std::unique_ptr<Candidate>>& candidates;
   const SearchOptions& options;
   std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons; never undone
