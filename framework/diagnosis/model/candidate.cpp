@@ -6,6 +6,7 @@
 
 #include "config/json_text.hpp"
 #include "diagnosis/data/design.hpp"
+#include "graph/stream.hpp"
 #include "io/image_file.hpp"
 
 #include <tofgraph/physics/constants.hpp>
@@ -235,6 +236,20 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
     text += fmt::format(", {}: {{file: {}, dataset: {}}}", map.name, map_file, map_dataset(map));
   }
   return text + "}";
+}
+
+bool lists_as_confusable(const Candidate& one, const Candidate& other) {
+  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  return std::ranges::find(names, other.name()) != names.end();
+}
+
+std::vector<std::string> confused_with(const Candidate& one,
+                                       const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  for (const auto& other : candidates) {
+    if (lists_as_confusable(*other, one)) names.push_back(other->name());
+  }
+  return names;
 }
 
 std::span<const double> values_of(const Term& term, const ModelTerm& addition) {

@@ -151,6 +151,11 @@ class Candidate {
   std::vector<MapParameter> maps_;
 };
 
+/// True if the author of an effect lists another one as confused with it.
+bool lists_as_confusable(const Candidate& one, const Candidate& other);
+/// Names of the effects listed as confused with one, by its author or by theirs.
+std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
+
 /// An effect in a model, with the values of its free parameters.
 struct Term {
   const Candidate* candidate = nullptr;

@@ -3,10 +3,8 @@
 #include "diagnosis/model/nuisances.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/intervals.hpp"
 #include "diagnosis/model/problem.hpp"
 
-#include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
@@ -157,14 +155,6 @@ bool shows_another_contrast(const Design& design, const std::vector<Observations
 
 bool MeasuredContrast::profile_is_off() const {
   return (profile < low || profile > high) && std::abs(value / profile - 1) > settings.contrast_tolerance;
-}
-
-std::string MeasuredContrast::text() const {
-  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits are meaningless for a camera
-  const double half = (high - low) / 2;
-  return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", value, std::max(half, least))
-                     : with_uncertainty(value, {low, high}, "")) +
-         " (statistical)";
 }
 
 double log_lower_contrast(const Problem& problem, const State& state) {

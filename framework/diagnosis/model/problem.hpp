@@ -12,8 +12,10 @@
 #include "diagnosis/model/smooth_field.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -110,6 +112,13 @@ struct Problem {
     const std::size_t n = design.superpixels();
     return row >= observable * n && row < (observable + 1) * n;
   }
+  /// Rows of an observable whose values are known in a condition.
+  auto known_rows(std::size_t condition, std::size_t observable) const {
+    const std::size_t n = design.superpixels();
+    return std::views::iota(observable * n, (observable + 1) * n) |
+           std::views::filter(
+               [&variance = data[condition].variance](std::size_t row) { return !std::isinf(variance[row]); });
+  }
   /// Factor on a difference of an observable in reports: converts half paths to depths.
   double shown_scale(std::size_t observable, std::size_t condition, std::size_t row) const {
     return observable == distance && design.shows_board(condition) ? 1 / design.shift(condition)[row] : 1;
@@ -187,11 +196,27 @@ std::size_t first_parameter(const State& state, std::size_t term, std::optional<
 /// The state without a term, or without a refinement of it.
 State removed(State state, const ModelTerm& addition);
 
-/// ln of the factor on a condition's reflectivity; 0 if it is known.
-double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition);
+/// Index of the term of an effect in a state, by its name, in any of its forms; the number of terms: there is none.
+std::size_t term_of(const State& state, const Candidate& candidate);
+inline bool is_in(const State& state, const Candidate& candidate) {
+  return term_of(state, candidate) < state.terms.size();
+}
+
+/// ln of the factor on a condition's reflectivity; 0 if it is known. @param light one per target
+double log_reflectivity_of(const Problem& problem, std::span<const double> light, std::size_t condition);
+inline double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition) {
+  return log_reflectivity_of(problem, state.log_reflectivity, condition);
+}
+/// Mean ln amplitude of a target's superpixels minus its expectation; 0 if none is known.
+/// @param expectation empty: zero
+double mean_log_amplitude(const Problem& problem, std::size_t target, const Rows& expectation);
 /// ln of the targets' factors from their mean ln amplitude, so that effects that depend on the light start near its
 /// true level.
 std::vector<double> first_log_reflectivity(const Problem& problem);
+/// ln of the factors of a problem's targets, as in a state of another problem with targets of the same names.
+/// @param light of targets that the other problem lacks
+std::vector<double> log_reflectivity_from(const Problem& other, const State& state, const Problem& problem,
+                                          std::vector<double> light);
 /// State in which a search with some terms starts.
 State first_state(const Problem& problem, const std::vector<Term>& terms);
 

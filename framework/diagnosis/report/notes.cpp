@@ -5,6 +5,7 @@
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -238,7 +239,7 @@ std::string note_on_contrast(const MeasuredContrast& contrast) {
       "The profile's contrast is wrong: it is {:.3g}, these taps show {} (a / 2I). The search fits it, so that no "
       "effect absorbs it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph calibrate "
       "response measures it.",
-      contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
+      contrast.profile, text_of(contrast), 100 * std::abs(contrast.value / contrast.profile - 1));
 }
 
 std::string note_on_not_written(const SearchResult& search) {

@@ -108,11 +108,9 @@ std::string not_known(const Diagnosis& d) {
 std::string text_of(const Rival& rival) {
   std::string name = rival.candidate->name();
   if (!rival.undetermined) return name;
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == rival.candidate; };
-  const auto term = std::ranges::find_if(rival.state.terms, is_it);
-  return term == rival.state.terms.end()
-             ? name
-             : fmt::format("{} of unknown {}", name, term->candidate->free()[*rival.undetermined].name);
+  const std::size_t term = term_of(rival.state, *rival.candidate);
+  if (term == rival.state.terms.size()) return name;
+  return fmt::format("{} of unknown {}", name, rival.state.terms[term].candidate->free()[*rival.undetermined].name);
 }
 
 /// Measurement that decides the first tie, "To tell zero_offset from warm_up, measure a board at 0.56 m"; "": no tie.
@@ -229,7 +227,7 @@ std::string summary(const Diagnosis& d) {
     text += fmt::format(" {} more conditions are wrong in the same way, see the notes.", misplaced.size() - reported);
   if (d.contrast && d.contrast->profile_is_off())
     text += fmt::format(" The profile's contrast is wrong: {:.3g}, these taps show {}.", d.contrast->profile,
-                        d.contrast->text());
+                        text_of(*d.contrast));
   if (const std::string note = note_on_not_written(d.search); !note.empty()) text += " " + note;
   if (d.search.time_expired)
     text += fmt::format(" The time limit of {} ended the search.", config::format_quantity(d.time_limit, "s"));

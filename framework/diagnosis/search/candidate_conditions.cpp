@@ -142,9 +142,7 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
   const auto& conditions = problem.design.conditions();
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     if (!problem.design.shows_board(i)) continue;
-    const int t = problem.target[i];
-    const double ln = t < 0 ? 0 : light[static_cast<std::size_t>(t)];
-    const std::pair here(std::log(pose_of(conditions[i]).reflectivity) + ln, i);
+    const std::pair here(std::log(pose_of(conditions[i]).reflectivity) + log_reflectivity_of(problem, light, i), i);
     const auto [known, first] = brightness.try_emplace(conditions[i].target, here);
     if (!first && is_plain(conditions[i]) && !is_plain(conditions[known->second.second])) known->second = here;
   }
@@ -230,8 +228,7 @@ NoiseLaw::NoiseLaw(const Problem& problem, std::span<const double> light) {
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < problem.data.size(); ++i) {
       if (!problem.design.shows_board(i)) continue;
-      const int t = problem.target[i];
-      const double factor = t < 0 ? 1 : std::exp(light[static_cast<std::size_t>(t)]);
+      const double factor = std::exp(log_reflectivity_of(problem, light, i));
       for (std::size_t s = 0; s < n; ++s) {
         const double variance = problem.data[i].variance[o * n + s];
         if (!std::isfinite(variance)) continue;

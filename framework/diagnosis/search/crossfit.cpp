@@ -42,9 +42,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     prediction.before(fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state);
     result.state = selection.best().state;
     if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
-    std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
-    if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
-    prediction.after(result.state, std::move(smooth_field));
+    prediction.after(result.state, with_data(result.state.nuisances.smooth_field, held.data));
     for (const ModelTerm& addition : selection.additions()) {
       if (addition.refinement) continue;
       const std::string name = selection.terms()[addition.term].candidate->name();

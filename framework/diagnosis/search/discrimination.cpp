@@ -234,11 +234,10 @@ Question tie_question(const Problem& problem, const State& state, const Eigen::M
   Question question{
       {found.name, rival.candidate->name()}, state, other, rival.separating_experiment(*found.candidate), information};
   if (rival.undetermined) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
-    const auto term =
-        std::ranges::find(other.terms, rival.candidate->name(), [](const Term& one) { return one.candidate->name(); });
+    const std::size_t term = term_of(other, *rival.candidate);
     try {
-      Held held = held_at(problem, other, static_cast<std::size_t>(term - other.terms.begin()), *rival.undetermined,
-                          term->candidate->free()[*rival.undetermined].typical);
+      Held held = held_at(problem, other, term, *rival.undetermined,
+                          other.terms[term].candidate->free()[*rival.undetermined].typical);
       question.other = std::move(held.state);
       question.information_of_other = std::move(held.information);
       return question;

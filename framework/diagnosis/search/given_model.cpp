@@ -39,13 +39,7 @@ bool chose_these(const FoldResult& fold, const std::vector<std::string>& names) 
 
 /// A model as a start for some conditions: reflectivities of their targets, and variances.
 State start_on(const Problem& part, const Problem& whole, State model) {
-  std::vector<double> light = first_log_reflectivity(part);
-  for (std::size_t t = 0; t < part.targets.size(); ++t) {
-    const auto known = std::ranges::find(whole.targets, part.targets[t]);
-    const auto at = static_cast<std::size_t>(known - whole.targets.begin());
-    if (at < model.log_reflectivity.size()) light[t] = model.log_reflectivity[at];
-  }
-  model.log_reflectivity = std::move(light);
+  model.log_reflectivity = log_reflectivity_from(whole, model, part, first_log_reflectivity(part));
   return model;
 }
 
@@ -56,8 +50,7 @@ ConditionNuisances condition_nuisances_of(const ConditionNuisances& whole, const
   for (const std::size_t i : chosen) {
     if (!whole.jitter_scale.empty()) some.jitter_scale.push_back(whole.jitter_scale[i]);
   }
-  if (whole.smooth_field)
-    some.smooth_field = std::make_shared<const SmoothField>(SmoothField(data), whole.smooth_field->sd());
+  some.smooth_field = with_data(whole.smooth_field, data);
   if (whole.boards) {
     Boards boards{whole.boards->sd, {}, whole.boards->cost};
     for (const std::size_t i : chosen) boards.rows.push_back(whole.boards->rows[i]);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
+#include "diagnosis/model/smooth_field_fit.hpp"
 #include "diagnosis/search/maps.hpp"
 
 #include <algorithm>

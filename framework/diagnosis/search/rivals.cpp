@@ -5,8 +5,8 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "diagnosis/search/removal.hpp"
 #include "diagnosis/search/search.hpp"
-#include "graph/stream.hpp"
 
 #include <algorithm>
 #include <set>
@@ -34,17 +34,6 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
     parts.back().erase(parts.back().begin() + static_cast<std::ptrdiff_t>(out));
   }
   return parts;
-}
-
-/// Index of a candidate's term in a state, in any of its forms; the number of terms if there is none.
-std::size_t term_of(const State& state, const Candidate& candidate) {
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
-  return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
-}
-
-bool lists_as_confusable(const Candidate& one, const Candidate& other) {
-  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
-  return std::ranges::find(names, other.name()) != names.end();
 }
 
 }  // namespace
@@ -179,7 +168,7 @@ std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const s
   std::vector<Rival> rivals;
   try {
     for (auto term = terms.rbegin(); term != terms.rend(); ++term)
-      less = without(problem_, less, {*term, std::nullopt});
+      less = fit_without(problem_, less, {*term, std::nullopt});
     for (ModelFit& fit : selection_.forms_of(less, candidate))
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // an effect fails
