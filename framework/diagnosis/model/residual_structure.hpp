@@ -7,7 +7,6 @@
 #include "diagnosis/model/scan.hpp"
 
 #include <cstdint>
-#include <string>
 
 namespace tofgraph::diagnosis {
 

@@ -13,6 +13,46 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
+namespace {
+
+/// Runs of conditions in the order of measurement over which a smooth field hardly changes: random signs are drawn for
+/// runs, not for single conditions. @returns index of the run of each condition; empty if the order is not stated
+std::vector<Eigen::Index> estimated_runs(const Problem& problem, const State& state, const SmoothField& smooth_field) {
+  const std::size_t count = problem.data.size();
+  if (!problem.design.tells_order()) return {};
+  State plain = state;
+  plain.nuisances.smooth_field = nullptr;
+  const Eigen::MatrixXd left = whitened_residuals(problem, plain)[distance];
+  Eigen::MatrixXd smooth(left.rows(), left.cols());  // m, the smooth field in the residual
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    const Eigen::MatrixXd& along = smooth_field.modes(i);
+    smooth.row(row) =
+        (along * smooth_field.taken(i).asDiagonal() * (along.transpose() * left.row(row).transpose())).transpose();
+    for (Eigen::Index s = 0; s < left.cols(); ++s) {
+      const double variance =
+          problem.data[i].variance[distance * static_cast<std::size_t>(left.cols()) + static_cast<std::size_t>(s)];
+      smooth(row, s) *= std::isinf(variance) ? 0 : std::sqrt(variance);
+    }
+  }
+  std::vector<std::size_t> measured(count);
+  std::iota(measured.begin(), measured.end(), 0);
+  std::ranges::sort(measured, {}, [&](std::size_t i) { return *problem.design.conditions()[i].order; });
+  const double square = smooth.squaredNorm() / static_cast<double>(count);
+  std::size_t length = 1;
+  for (; length < count; ++length) {
+    double product = 0;
+    for (std::size_t k = length; k < count; ++k)
+      product += smooth.row(static_cast<Eigen::Index>(measured[k]))
+                     .dot(smooth.row(static_cast<Eigen::Index>(measured[k - length])));
+    if (product < settings.field_run_correlation * square * static_cast<double>(count - length)) break;
+  }
+  std::vector<Eigen::Index> runs(count);
+  for (std::size_t k = 0; k < count; ++k) runs[measured[k]] = static_cast<Eigen::Index>(k / length);
+  return runs;
+}
+
+}  // namespace
 
 SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
   const std::size_t n = problem.design.superpixels();
@@ -62,41 +102,6 @@ SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit) {
   std::vector<Eigen::Index> runs = estimated_runs(problem, fit.state, *smooth_field);
   if (!runs.empty() && std::ranges::max(runs) + 1 < settings.field_min_runs) return {};
   return {std::move(smooth_field), std::move(runs), exactly(now) - exactly(best)};
-}
-
-std::vector<Eigen::Index> estimated_runs(const Problem& problem, const State& state, const SmoothField& smooth_field) {
-  const std::size_t count = problem.data.size();
-  if (!problem.design.tells_order()) return {};
-  State plain = state;
-  plain.nuisances.smooth_field = nullptr;
-  const Eigen::MatrixXd left = whitened_residuals(problem, plain)[distance];
-  Eigen::MatrixXd smooth(left.rows(), left.cols());  // m, the smooth field in the residual
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::MatrixXd& along = smooth_field.modes(i);
-    smooth.row(row) =
-        (along * smooth_field.taken(i).asDiagonal() * (along.transpose() * left.row(row).transpose())).transpose();
-    for (Eigen::Index s = 0; s < left.cols(); ++s) {
-      const double variance =
-          problem.data[i].variance[distance * static_cast<std::size_t>(left.cols()) + static_cast<std::size_t>(s)];
-      smooth(row, s) *= std::isinf(variance) ? 0 : std::sqrt(variance);
-    }
-  }
-  std::vector<std::size_t> measured(count);
-  std::iota(measured.begin(), measured.end(), 0);
-  std::ranges::sort(measured, {}, [&](std::size_t i) { return *problem.design.conditions()[i].order; });
-  const double square = smooth.squaredNorm() / static_cast<double>(count);
-  std::size_t length = 1;
-  for (; length < count; ++length) {
-    double product = 0;
-    for (std::size_t k = length; k < count; ++k)
-      product += smooth.row(static_cast<Eigen::Index>(measured[k]))
-                     .dot(smooth.row(static_cast<Eigen::Index>(measured[k - length])));
-    if (product < settings.field_run_correlation * square * static_cast<double>(count - length)) break;
-  }
-  std::vector<Eigen::Index> runs(count);
-  for (std::size_t k = 0; k < count; ++k) runs[measured[k]] = static_cast<Eigen::Index>(k / length);
-  return runs;
 }
 
 }  // namespace tofgraph::diagnosis

@@ -114,8 +114,8 @@ std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap
   });
   return patterns;
 }
-double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
-std::string unit_of(std::size_t observable) { return shown_unit(observable); }
+double scaled(double value, std::size_t observable) { return (observable == distance ? 1e3 : 100) * value; }
+std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
 std::string label(std::size_t observable) { return observable_labels.at(observable); }
 
 std::string setting_of(const io::Condition& c) {

@@ -72,6 +72,7 @@ std::string shown_gap(double value, const Gap& gap, std::size_t observable);
 /// Patterns of the distance first, the largest of each observable first. Omits patterns much larger than the gap
 /// itself, because other fitted terms compensate most of them.
 std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps);
+/// Value and unit in reports: lengths in mm, relative quantities in percent.
 double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);
 std::string label(std::size_t observable);

@@ -21,15 +21,12 @@ namespace tofgraph::diagnosis {
 namespace {
 
 /// Adds notes on ambiguities caused by few levels of a setting, or by settings that vary together.
-void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
-  std::set<double> distances, times;
+void notes_on_levels(const Design& design, bool light_seen, std::vector<std::string>& notes) {
+  const std::set<double> distances = design.levels(&io::Condition::board_distance),
+                         times = design.levels(&io::Condition::integration_time);
   std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
-  for (const io::Condition& c : conditions) {
-    if (c.is_capped()) continue;
-    distances.insert(c.board_distance);
-    times.insert(c.integration_time);
-    times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
-  }
+  for (const io::Condition& c : design.conditions())
+    if (!c.is_capped()) times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
   if (distances.size() == 1)
     notes.push_back(
         "All conditions have one distance: an error that changes with the distance cannot be distinguished from an "
@@ -154,7 +151,7 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
   if (!m.design->tells_order())
     notes.push_back(
         "Not every condition states its `order`: a drift of the camera during the campaign was not tested.");
-  notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
+  notes_on_levels(*m.design, problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(
         "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from the "

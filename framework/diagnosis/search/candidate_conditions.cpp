@@ -27,10 +27,7 @@ template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::siz
 }
 
 std::vector<double> distances_of(const Design& design) {
-  std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) {
-    if (!c.is_capped()) levels.insert(c.board_distance);
-  }
+  const std::set<double> levels = design.levels(&io::Condition::board_distance);
   std::vector<double> all(levels.begin(), levels.end());
   for (std::size_t k = 0; k + 1 < levels.size(); ++k) all.push_back((all[k] + all[k + 1]) / 2);
   std::ranges::sort(all);
@@ -73,10 +70,7 @@ class Reach {
 
 /// Some of the integration times of the campaign's boards, s. @returns ascending
 std::vector<double> measured_times(const Design& design) {
-  std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) {
-    if (!c.is_capped()) levels.insert(c.integration_time);
-  }
+  const std::set<double> levels = design.levels(&io::Condition::integration_time);
   return thinned(std::vector(levels.begin(), levels.end()), max_times);
 }
 

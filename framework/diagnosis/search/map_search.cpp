@@ -6,7 +6,6 @@
 #include "diagnosis/search/maps.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 

@@ -55,8 +55,8 @@ struct Expected {
   }
 };
 
-}  // namespace
-
+/// Rows of the conditions that state a standard deviation over pixels, with the amplitudes and gains of a fitted model.
+/// @param state of the problem
 std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, const Problem& problem,
                                    const State& state) {
   std::vector<io::Condition> used;
@@ -83,6 +83,8 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
   }
   return result;
 }
+
+}  // namespace
 
 std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
                                         const State& state) {
