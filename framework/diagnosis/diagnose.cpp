@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
-#include <set>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -28,7 +27,7 @@ namespace {
 /// All effects of the catalogue except the excluded ones. An unknown name is an error.
 std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistry& catalogue,
                                                       const std::vector<std::string>& without,
-                                                      std::vector<std::string>& notes) {
+                                                      std::vector<Note>& notes) {
   std::vector<std::string> names;
   std::vector<graph::PluginFile> files;
   for (const graph::PluginFile& file : catalogue.files()) {
@@ -48,14 +47,14 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
     try {
       candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
     } catch (const std::runtime_error& error) {
-      notes.push_back(fmt::format("The effect {} is excluded: {}", file.name, error.what()));
+      notes.push_back({.text = fmt::format("The effect {} is excluded: {}", file.name, error.what())});
     }
   }
   return candidates;
 }
 
 /// Removes conditions from a campaign. An unknown id is an error.
-void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std::vector<std::string>& notes) {
+void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std::vector<Note>& notes) {
   for (const std::string& id : skip) {
     const auto found = std::ranges::find(campaign.conditions, id, &io::Condition::id);
     if (found == campaign.conditions.end()) {
@@ -65,7 +64,7 @@ void leave_out(io::Campaign& campaign, const std::vector<std::string>& skip, std
           fmt::format("--exclude-condition: error: there is no condition '{}'\n         {}", id,
                       config::suggestion(id, ids, "conditions")));
     }
-    notes.push_back(fmt::format("Excluded: {}: by --exclude-condition", id));
+    notes.push_back({.text = fmt::format("Excluded: {}: by --exclude-condition", id)});
     campaign.conditions.erase(found);
   }
 }
@@ -106,14 +105,13 @@ class Run {
     d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
     check_serial();
     require_consistent(d_->measurements);
-    problem_.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
-    note(notes_on(d_->measurements, *problem_));
+    const Problem& problem = d_->problem.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
+    note(notes_on(d_->measurements, problem));
     progress(read_by, "determining what these data can show");
-    d_->given->hold_undetermined(*problem_, d_->candidates);
-    d_->given_terms = d_->given->terms();
-    d_->audit = audit(*problem_, d_->given_terms, d_->candidates);
+    d_->given->hold_undetermined(problem, d_->candidates);
+    d_->audit = audit(problem, given_terms(), d_->candidates);
     const SearchOptions search_options = searching();
-    d_->search = search(*problem_, d_->given_terms, d_->candidates, search_options);
+    d_->search = search(problem, given_terms(), d_->candidates, search_options);
     if (!options_.shard.is_whole()) {
       inject(of_other_data(search_options));
       return std::move(d_);
@@ -121,18 +119,18 @@ class Run {
     note(d_->given->notes());
     if (has_maps(d_->search.after.state)) {
       progress(found_by, "fitting every pixel");
-      d_->maps = pixel_maps(d_->measurements, *problem_, d_->search.after.state);
+      d_->maps = pixel_maps(d_->measurements, problem, d_->search.after.state);
       note(notes_on_maps(d_->maps));
     }
     progress(found_by, "computing values and intervals");
     compute_gaps();
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
-    d_->spread = pixel_spread(campaign, d_->model.physical, *problem_, d_->search.after.state);
+    d_->spread = pixel_spread(campaign, d_->model.physical, problem, d_->search.after.state);
     if (d_->spread) note(notes_on_spread(*d_->spread));
     if (!d_->search.time_expired)
-      d_->next = next_conditions(*problem_, open_questions(*problem_, d_->search.after.state, d_->search.found,
-                                                           d_->search.dropped, d_->audit));
+      d_->next = next_conditions(
+          problem, open_questions(problem, d_->search.after.state, d_->search.found, d_->search.dropped, d_->audit));
     judge();
     const SearchOptions further = of_other_data(search_options);
     if (const std::size_t halves = halves_to_search(); halves > 0 && !d_->search.time_expired)
@@ -144,7 +142,7 @@ class Run {
  private:
   /// Options for a search of other data: the given model is kept as it is now.
   static SearchOptions of_other_data(SearchOptions options) {
-    options.hold_given = nullptr;
+    options.given = nullptr;
     options.fold_done = nullptr;
     options.deadline = options.verification = options.comparison = {};
     return options;
@@ -160,12 +158,8 @@ class Run {
     if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))
       basis += io::sha256_of_file(program);  // another version of the search may give other results
     const CaseFiles files(options_.cases, d_->inputs, basis);
-    CaseDivision division{options_.shard, {}, {}};
-    if (!options_.cases.empty()) division.load = [&](std::size_t k) { return files.load(k); };
-    if (!options_.shard.is_whole())
-      division.save = [&](std::size_t k, const CaseOutcome& outcome) { files.save(k, outcome); };
-    d_->confidence = confidence(*problem_, d_->given_terms, d_->candidates, d_->audit, d_->search.after.state,
-                                options_.confidence, options, division);
+    d_->confidence = confidence(*d_->problem, given_terms(), d_->candidates, d_->audit, d_->search.after.state,
+                                options_.confidence, options, {options_.shard, files});
   }
 
   /// @throws config::ConfigurationError for a model of another device
@@ -176,7 +170,7 @@ class Run {
       throw config::ConfigurationError(
           fmt::format("{}: error: the model {}\n         give a model of that device, or --other-serial uses this one",
                       options_.model.string(), problem));
-    d_->notes.push_back(fmt::format("The model {}: --other-serial uses it anyway.", problem));
+    note({fmt::format("The model {}: --other-serial uses it anyway.", problem)});
   }
 
   void progress(double share, const std::string& what) const {
@@ -199,15 +193,16 @@ class Run {
           std::max(share_, folds_from + (found_by - folds_from) * static_cast<double>(done) / static_cast<double>(all));
       progress(share_, fmt::format("predicting held-out conditions, fold {} of {}", done, all));
     };
-    search.hold_given = [this](const Problem& problem, const ModelFit& fit, std::vector<Term>& given_terms) {
-      std::optional<ModelFit> held = d_->given->hold_undetermined_in(problem, fit);
-      given_terms = d_->given_terms = d_->given->terms();
-      return held;
-    };
+    search.given = d_->given.get();
     return search;
   }
 
-  void note(const std::vector<std::string>& notes) { d_->notes.insert(d_->notes.end(), notes.begin(), notes.end()); }
+  void note(const std::vector<std::string>& notes, NoteOn section = NoteOn::data) {
+    for (const std::string& text : notes) d_->notes.push_back({section, text});
+  }
+
+  /// Terms of the given model, with those values held that the data do not determine.
+  const std::vector<Term>& given_terms() const { return d_->given->terms(); }
 
   io::Campaign read() {
     config::Diagnostics diagnostics;
@@ -237,7 +232,7 @@ class Run {
     d_->seed = options_.search.seed;
     d_->time_limit = options_.time_limit;
     d_->candidates = candidates_of(catalogue_, options_.exclude_effects, d_->notes);
-    d_->given = std::make_unique<GivenModel>(d_->model.effects);
+    d_->given = std::make_unique<GivenModel>(d_->model.effects, d_->seed);
     return campaign;
   }
 
@@ -245,64 +240,52 @@ class Run {
     config::Diagnostics diagnostics;
     io::warn_of_targets(campaign, diagnostics);
     if (options_.warn && !diagnostics.all().empty()) options_.warn(diagnostics.text());
-    for (const config::Diagnostic& one : diagnostics.all())
-      d_->notes.push_back(fmt::format("The {}: {}", one.message, one.hint));
+    for (const config::Diagnostic& one : diagnostics.all()) note({fmt::format("The {}: {}", one.message, one.hint)});
   }
 
   void compute_gaps() {
     const CrossFit& folds = d_->search.cross_fit;
     if (folds.empty() && !d_->search.time_expired)
-      d_->notes.push_back("No setting has enough levels to hold some out: the gap is that of the fit itself.");
+      note({"No setting has enough levels to hold some out: the gap is that of the fit itself."});
     for (const FoldResult& fold : folds.folds) {
       if (!fold.failed.empty())
-        d_->notes.push_back(fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting,
-                                        fold.fold.levels, fold.failed));
+        note({fmt::format("Without {} {} no model could be fitted: {}", fold.fold.setting, fold.fold.levels,
+                          fold.failed)});
     }
     // The given model is not refitted; only its reflectivities and standard deviations are.
-    const Problem original = make_problem(problem_->design, problem_->data);
+    const Problem& problem = *d_->problem;
     const State& refitted = d_->search.refitted_given.state;
     d_->given_as_written =
-        fit_as_written(original, {d_->given_terms, refitted.log_reflectivity, refitted.random_sd}).state;
+        fit_as_written(problem, {given_terms(), refitted.log_reflectivity, refitted.random_sd}).state;
     const State& after = d_->search.after.state;
     const State flat = with_flat_boards(after);
-    const std::array<double, observables> scatter = scatter_of(*problem_, after);
+    const std::array<double, observables> scatter = scatter_of(problem, after);
     for (std::size_t o = 0; o < observables; ++o) {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
-      d_->gaps[o] = {gap(original, d_->given_as_written, o),
-                     gap(*problem_, flat, o),
-                     out.before,
-                     out.after,
-                     out.low,
-                     out.high,
-                     noise_floor(*problem_, !d_->measurements.table, o),
-                     scatter_left(*problem_, scatter[o], !d_->measurements.table, o),
-                     noise_and_scatter(*problem_, scatter[o], !d_->measurements.table, o)};
+      const MeasuredNoise noise = measured_noise(problem, !d_->measurements.table, o);
+      d_->gaps[o] = {.before = gap(problem, d_->given_as_written, o),
+                     .after = gap(problem, flat, o),
+                     .held_out_before = out.before,
+                     .held_out_after = out.after,
+                     .held_out_low = out.low,
+                     .held_out_high = out.high,
+                     .noise_floor = noise.floor(),
+                     .scatter_left = noise.scatter_left(scatter[o]),
+                     .noise_and_scatter = noise.with_scatter(scatter[o])};
     }
     // If the time limit left no folds of the search, those that verified the model are used instead.
     if (const GapComparison& aside = d_->search.verified.held_out; folds.empty() && std::isfinite(aside.model))
       d_->gaps[distance].held_out_before = aside.given, d_->gaps[distance].held_out_after = aside.model;
   }
 
-  /// Sets the tied effects of an effect with rivals, and the experiment that excludes one of them.
-  static void add_ties(const Candidate& candidate, EffectResult& effect) {
-    for (const Rival& rival : effect.rivals) {
-      if (!rival.tied) continue;
-      if (effect.tied_with.empty() || rival.of_several()) {
-        effect.experiment = separating_experiment(candidate, rival);
-        effect.experiment_excludes = rival.candidate->name();
-      }
-      effect.tied_with.push_back(rival.candidate->name());
-    }
-  }
-
   void describe() {
+    const Problem& problem = *d_->problem;
     const ModelFit& after = d_->search.after;
-    const std::vector<Interval> all = intervals(*problem_, after, options_.search.seed + 2, d_->search.lack_of_fit);
+    const std::vector<Interval> all = intervals(problem, after, options_.search.seed + 2, d_->search.lack_of_fit);
     Eigen::Index j = 0;
     for (std::size_t t = 0; t < after.state.terms.size(); ++t) {
       const Term& term = after.state.terms[t];
-      EffectResult effect{.name = term.candidate->name(), .change = t < d_->given_terms.size() ? "refitted" : "added"};
-      effect.experiment = term.candidate->border().experiment;
+      EffectResult effect{.name = term.candidate->name()};
       for (std::size_t k = 0; k < term.values.size(); ++k, ++j) {
         const FreeParameter& p = term.candidate->free()[k];
         const Interval interval =  // only scale times map is determined
@@ -312,42 +295,26 @@ class Run {
                                      p.typical});
       }
       effect.fixed = fixed_of(*term.candidate);
-      if (t >= d_->given_terms.size()) {
-        const EffectFinding& found = d_->search.found[t - d_->given_terms.size()];
-        effect.gain = found.gain;
-        effect.p_value = found.p_value;
-        effect.explained_fraction = found.explained_fraction;
-        effect.rivals = found.rivals;
-        add_ties(*term.candidate, effect);
-        if (!found.where.empty()) effect.where = name_of(found.where[0]);
-        effect.chosen = found.chosen;
-        effect.influence = influence(*problem_, after.state, t);
-        effect.held_out_before = found.improvement.median_taken_out;
-        effect.held_out_after = found.improvement.median_with;
+      if (t >= given_terms().size()) {
+        effect.found = &d_->search.found[t - given_terms().size()];
+        effect.influence = influence(problem, after.state, t);
       }
       d_->effects.push_back(std::move(effect));
     }
-    d_->contrast = contrast_of(*problem_, after.state, d_->search.lack_of_fit);
-    d_->notes_on_found = notes_on_found(*problem_, d_->search);
-    if (has_maps(after.state))
-      std::ranges::move(notes_on_pattern_ties(*problem_, after, d_->candidates),
-                        std::back_inserter(d_->notes_on_found));
-    note(d_->notes_on_found);
-    d_->notes_on_nuisances = notes_on_nuisances(*problem_, d_->search);
-    if (d_->contrast && d_->contrast->profile_is_off())
-      d_->notes_on_nuisances.push_back(note_on_contrast(*d_->contrast));
-    note(d_->notes_on_nuisances);
-    note(notes_on_misplaced(problem_->design, d_->search));
+    d_->contrast = contrast_of(problem, after.state, d_->search.lack_of_fit);
+    note(notes_on_found(problem, d_->search), NoteOn::names);
+    if (has_maps(after.state)) note(notes_on_pattern_ties(problem, after, d_->candidates), NoteOn::names);
+    note(notes_on_nuisances(problem, d_->search), NoteOn::nuisances);
+    if (d_->contrast && d_->contrast->profile_is_off()) note({note_on_contrast(*d_->contrast)}, NoteOn::nuisances);
+    note(notes_on_misplaced(problem.design, d_->search));
     note(notes_on_verification(d_->search, options_.time_limit));
     if (d_->search.cross_fit.empty() && !d_->search.found.empty() && !d_->search.time_expired)
-      d_->notes.push_back(
-          "Nothing could be held out: these conditions have neither four distances nor several targets or sessions. "
-          "The named effects are not validated out of sample.");
-    for (const auto& [name, why] : d_->search.refused)
-      d_->notes.push_back(fmt::format("The effect {} was excluded: {}", name, why));
+      note(
+          {"Nothing could be held out: these conditions have neither four distances nor several targets or sessions. "
+           "The named effects are not validated out of sample."});
+    for (const auto& [name, why] : d_->search.refused) note({fmt::format("The effect {} was excluded: {}", name, why)});
     for (const EffectFinding& tried : d_->search.dropped)
-      d_->notes_on_dropped.push_back(fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation));
-    note(d_->notes_on_dropped);
+      note({fmt::format("{} was tried and is not named: {}.", tried.name, tried.refutation)}, NoteOn::dropped);
   }
 
   /// Number of random halves. Without repeated measurements the tests treat all residuals as noise that is independent
@@ -363,22 +330,18 @@ class Run {
       progress(found_by + (1 - found_by) * static_cast<double>(done) / static_cast<double>(all),
                fmt::format("choosing effects again without parts of the data, {} of {}", done, all));
     };
-    d_->stability = stability(*problem_, d_->given_terms, d_->candidates, halves, options);
+    d_->stability = stability(*d_->problem, given_terms(), d_->candidates, halves, options);
     const auto of_halves = std::ranges::find(d_->stability, any_half, &Stability::put_aside);
     if (of_halves == d_->stability.end()) return;
-    for (EffectResult& effect : d_->effects) {
-      if (effect.change != "added") continue;
-      std::vector<std::string> names = effect.tied_with;
-      names.push_back(effect.name);
-      effect.chosen_by_halves = of_halves->chosen_share(names);
-    }
+    for (EffectResult& effect : d_->effects)
+      if (effect.found != nullptr) effect.chosen_by_halves = of_halves->chosen_share(effect.found->names());
   }
 
   /// First verdict that applies, in their order.
   void judge() {
     const bool rest = d_->search.something_left();
     const bool named = !d_->search.found.empty();
-    const bool tied = std::ranges::any_of(d_->effects, [](const EffectResult& e) { return !e.tied_with.empty(); });
+    const bool tied = std::ranges::any_of(d_->effects, [](const EffectResult& e) { return e.main_tie() != nullptr; });
     d_->verdict = rest && !named ? Verdict::unknown
                   : rest         ? Verdict::named_with_rest
                   : tied         ? Verdict::tie
@@ -389,7 +352,6 @@ class Run {
   const graph::PluginRegistry& catalogue_;
   const DiagnosisOptions& options_;
   std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
-  std::optional<Problem> problem_;
   const TimeLimit limit_{options_.time_limit};
   std::mutex mutex_;
   double share_ = read_by;

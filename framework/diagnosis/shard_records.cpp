@@ -15,6 +15,9 @@
 #include <set>
 
 namespace tofgraph::diagnosis {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReducedCondition, index, id, capture, bytes, modified_ns, sha256, key)
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -22,35 +25,6 @@ using nlohmann::json;
 
 constexpr const char* record_format = "tofgraph-statistics-shard";
 constexpr int record_version = 1;
-
-json json_of(const std::vector<ReducedCondition>& reduced) {
-  json list = json::array();
-  for (const ReducedCondition& c : reduced)
-    list.push_back({{"index", c.index},
-                    {"id", c.id},
-                    {"capture", c.capture},
-                    {"bytes", c.bytes},
-                    {"modified_ns", c.modified_ns},
-                    {"sha256", c.sha256},
-                    {"key", c.key}});
-  return list;
-}
-
-std::vector<ReducedCondition> list_of(const json& list) {
-  std::vector<ReducedCondition> reduced;
-  for (const json& c : list) {
-    ReducedCondition one;
-    one.index = c.at("index");
-    one.id = c.at("id");
-    one.capture = c.at("capture");
-    one.sha256 = c.at("sha256");
-    one.key = c.at("key");
-    one.bytes = c.at("bytes");
-    one.modified_ns = c.at("modified_ns");
-    reduced.push_back(std::move(one));
-  }
-  return reduced;
-}
 
 ShardRecord read_record(const fs::path& file) {
   const auto fail = [&](const std::string& what) {
@@ -71,7 +45,7 @@ ShardRecord read_record(const fs::path& file) {
     if (number < 1 || number > shards || shards > std::int64_t{config::Shard::max_count})
       fail(fmt::format("states the shard {} of {}", number, shards));
     record.shard = {static_cast<std::size_t>(number - 1), static_cast<std::size_t>(shards)};
-    record.reduced = list_of(j.at("reduced"));
+    j.at("reduced").get_to(record.reduced);
     for (const ReducedCondition& c : record.reduced)
       if (c.index >= record.conditions) fail(fmt::format("has condition {} of {}", c.index, record.conditions));
   } catch (const json::exception& error) {
@@ -82,8 +56,8 @@ ShardRecord read_record(const fs::path& file) {
 
 }  // namespace
 
-std::string text_of(const std::vector<ReducedCondition>& reduced) { return config::json_text(json_of(reduced)); }
-std::vector<ReducedCondition> reduced_of(const std::string& text) { return list_of(json::parse(text)); }
+std::string text_of(const std::vector<ReducedCondition>& reduced) { return config::json_text(reduced); }
+std::vector<ReducedCondition> reduced_of(const std::string& text) { return json::parse(text); }
 
 void write_record(const fs::path& folder, const ShardRecord& record) {
   const json j = {{"format", record_format},
@@ -93,7 +67,7 @@ void write_record(const fs::path& folder, const ShardRecord& record) {
                   {"conditions", record.conditions},
                   {"shard", record.shard.index + 1},
                   {"shards", record.shard.count},
-                  {"reduced", json_of(record.reduced)}};
+                  {"reduced", record.reduced}};
   const std::string name = fmt::format("{}-of-{}.json", record.shard.index + 1, record.shard.count);
   io::write_file(folder / "shards" / name, config::json_text(j, 1) + "\n");
 }

@@ -7,7 +7,6 @@
 
 #include "config/shard.hpp"
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>

@@ -161,7 +161,7 @@ TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   EXPECT_NEAR(gap.after, std::sqrt(noise / count), 0.25 * std::sqrt(noise / count));
   const HeldOutImprovement fall = held_out_improvement_of(result, {"wiggling"}, 1);
   EXPECT_GT(fall.low, 100);
-  EXPECT_NEAR(fall.depth_with, result.gap(distance, "", 1).after, 1e-12);
+  EXPECT_NEAR(fall.gap_with, result.gap(distance, "", 1).after, 1e-12);
 }
 
 TEST_F(OutOfSample, NothingIsChosenWhereNothingIsHidden) {
@@ -185,17 +185,17 @@ TEST(DepthOutOfFold, IsThatOfFoldsWithoutOthers) {
   result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({"a"}, 3e-3, 1e-3), fold({}, 3e-3, 3e-3),
                   fold({"a", "b"}, 4e-3, 5e-3)};
   const std::vector<std::string> a = {"a"}, both = {"a", "b"};
-  EXPECT_FALSE(result.depth_with_only(a).alone) << "one fold of three that chose it says too little";
+  EXPECT_FALSE(result.gap_with_only(a).alone) << "one fold of three that chose it says too little";
   result.folds.insert(result.folds.begin(), fold({"a"}, 3e-3, 1e-3));
-  EXPECT_TRUE(result.depth_with_only(a).alone);
-  EXPECT_NEAR(result.depth_with_only(a).before, 3e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(a).after, 1e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(9.0) * 1e-3, 1e-12);
+  EXPECT_TRUE(result.gap_with_only(a).alone);
+  EXPECT_NEAR(result.gap_with_only(a).gap.before, 3e-3, 1e-12);
+  EXPECT_NEAR(result.gap_with_only(a).gap.after, 1e-3, 1e-12);
+  EXPECT_NEAR(result.gap_with_only(both).gap.after, std::sqrt(9.0) * 1e-3, 1e-12);
   // A fold that chose nothing gives no information about them.
   result.folds = {fold({"a", "c"}, 2e-3, 9e-3), fold({}, 2e-3, 2e-3), fold({"a", "b", "c"}, 4e-3, 5e-3)};
-  EXPECT_FALSE(result.depth_with_only(both).alone);
-  EXPECT_NEAR(result.depth_with_only(both).before, std::sqrt(8.0) * 1e-3, 1e-12);
-  EXPECT_NEAR(result.depth_with_only(both).after, std::sqrt(110.0 / 3) * 1e-3, 1e-12);
+  EXPECT_FALSE(result.gap_with_only(both).alone);
+  EXPECT_NEAR(result.gap_with_only(both).gap.before, std::sqrt(8.0) * 1e-3, 1e-12);
+  EXPECT_NEAR(result.gap_with_only(both).gap.after, std::sqrt(110.0 / 3) * 1e-3, 1e-12);
 }
 
 /// Conditions at one distance may share an unmodelled error: the interval of the gap resamples them together.

@@ -110,7 +110,7 @@ TEST(ByCondition, AGapOutOfFoldIsTheRootMeanSquareOverItsFolds) {
   folds.folds.resize(2);
   folds.folds[0].conditions = {first};
   folds.folds[1].conditions = {second};
-  const auto gaps = gaps_by_condition(folds, 2, distance);
+  const auto gaps = gaps_by_condition(folds, 2);
   EXPECT_TRUE(std::isnan(gaps[0].before)) << "it was never put aside";
   EXPECT_NEAR(gaps[1].before, std::sqrt(32e-6 / 6), 1e-12);
   EXPECT_NEAR(gaps[1].after, 1e-3, 1e-12);
@@ -128,9 +128,10 @@ TEST_F(Rail, ScatterIsWhatConditionsDifferBy) {
   }
   const Problem scattered = make_problem(*design, off);
   const double scatter = scatter_of(scattered, state)[distance];
-  EXPECT_NEAR(scatter_left(scattered, scatter, true, distance), 1e-3, 0.05e-3);
-  const double both = noise_and_scatter(scattered, scatter, true, distance), left = gap(scattered, state, distance);
-  EXPECT_NEAR(both * both, left * left + std::pow(noise_floor(exact, true, distance), 2), 0.02e-6);
+  const MeasuredNoise noise = measured_noise(scattered, true, distance);
+  EXPECT_NEAR(noise.scatter_left(scatter), 1e-3, 0.05e-3);
+  const double both = noise.with_scatter(scatter), left = gap(scattered, state, distance);
+  EXPECT_NEAR(both * both, left * left + std::pow(measured_noise(exact, true, distance).floor(), 2), 0.02e-6);
 }
 
 TEST(ParameterStatus, NumbersHaveTheDigitsOfTheirUncertainty) {

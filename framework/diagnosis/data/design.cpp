@@ -210,6 +210,13 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   return rows;
 }
 
+std::set<double> Design::levels(double io::Condition::*setting) const {
+  std::set<double> levels;
+  for (const io::Condition& c : conditions_)
+    if (!c.is_capped()) levels.insert(c.*setting);
+  return levels;
+}
+
 double Design::incidence(std::size_t i, std::size_t s) const {
   const simulation::BoardPose pose = pose_of(conditions_[i]);
   const physics::Plane plane = physics::board(pose.distance, pose.tilt_x, pose.tilt_y);

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -93,6 +94,8 @@ class Design {
   bool tells_offset() const {
     return std::ranges::any_of(offsets_, [](const auto& rows) { return !rows.empty(); });
   }
+  /// Levels of a setting over the conditions that show a board.
+  std::set<double> levels(double io::Condition::*setting) const;
   /// True if all conditions state their order of measurement.
   bool tells_order() const {
     return std::ranges::all_of(conditions_, [](const io::Condition& c) { return c.order.has_value(); });

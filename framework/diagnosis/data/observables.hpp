@@ -23,9 +23,6 @@ inline constexpr std::array<std::string_view, observables> observable_names = {"
 /// Labels in reports.
 inline constexpr std::array<const char*, observables> observable_labels = {"distance", "amplitude", "intensity",
                                                                            "N1 / 2I", "N2 / a"};
-/// Factor and unit in reports: lengths in mm, relative quantities in percent.
-constexpr double shown_factor(std::size_t observable) { return observable == distance ? 1e3 : 100; }
-constexpr const char* shown_unit(std::size_t observable) { return observable == distance ? "mm" : "%"; }
 /// SI units of the differences; quantities other than lengths are relative.
 inline constexpr std::array<std::string_view, observables> observable_units = {"m", "", "", "", ""};
 

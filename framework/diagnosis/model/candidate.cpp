@@ -6,6 +6,7 @@
 
 #include "config/json_text.hpp"
 #include "diagnosis/data/design.hpp"
+#include "graph/stream.hpp"
 #include "io/image_file.hpp"
 
 #include <tofgraph/physics/constants.hpp>
@@ -39,6 +40,15 @@ bool FreeParameter::is_angle() const {
   return nonlinear && unit == "rad" && maximum - minimum > 0.99 * 2 * std::numbers::pi;
 }
 
+std::vector<double> FreeParameter::multiples(std::span<const double> factors) const {
+  std::vector<double> values;
+  for (const double factor : factors) {
+    const double value = std::clamp(factor * typical, minimum, maximum);
+    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+  }
+  return values;
+}
+
 namespace {
 
 /// Values of a nonlinear parameter to try: around the circle for an angle, else multiples of the typical value.
@@ -50,13 +60,8 @@ std::vector<double> tried(const FreeParameter& nonlinear, NonlinearRange range) 
     for (int i = 0; i < steps; ++i) values.push_back(nonlinear.minimum + turn * i / steps);
     return values;
   }
-  std::vector<double> values;
-  constexpr std::array factors = {1.0, 0.3, 3.0, 10.0, 30.0};
-  for (const double factor : std::span(factors).first(range == NonlinearRange::usual ? 3 : factors.size())) {
-    const double value = std::clamp(factor * nonlinear.typical, nonlinear.minimum, nonlinear.maximum);
-    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
-  }
-  return values;
+  static constexpr std::array factors = {1.0, 0.3, 3.0, 10.0, 30.0};
+  return nonlinear.multiples(std::span(factors).first(range == NonlinearRange::usual ? 3 : factors.size()));
 }
 
 }  // namespace
@@ -103,7 +108,7 @@ Candidate::Candidate(const Candidate& root, std::size_t refined)
   }
 }
 
-FreeParameter Candidate::free_parameter(std::size_t i) const {
+FreeParameter Candidate::parameter(std::size_t i) const {
   const tofgraph_parameter& p = descriptor_->parameters[i];
   const bool nonlinear = !std::isfinite(p.off);
   const auto bound = [](double value, double none) { return std::isnan(value) ? none : value; };
@@ -122,7 +127,7 @@ void Candidate::find_free() {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     const bool nested = (p.flags & TOFGRAPH_PARAMETER_NESTED) != 0;
     if (std::ranges::find(held_, i) != held_.end()) continue;
-    if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(free_parameter(i));
+    if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(parameter(i));
   }
   // Without an amplitude parameter there is nothing to search: nonlinear ones alone change nothing.
   if (amplitudes() == 0) free_.clear();
@@ -133,13 +138,13 @@ void Candidate::find_refinements() {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count && !free_.empty(); ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     if (p.kind != TOFGRAPH_KIND_NUMBER || (p.flags & TOFGRAPH_PARAMETER_NESTED) == 0) continue;
-    FreeParameter parameter = free_parameter(i);
-    if (!parameter.nonlinear) {
+    FreeParameter one = parameter(i);
+    if (!one.nonlinear) {
       if (refinements_.size() == most) break;
-      parameter.off = written_->data()[i].number;  // the value of the model counts as off
+      one.off = written_->data()[i].number;  // the value of the model counts as off
       refinements_.push_back({p.name, {}});
     }
-    if (!refinements_.empty()) refinements_.back().parameters.push_back(std::move(parameter));
+    if (!refinements_.empty()) refinements_.back().parameters.push_back(std::move(one));
   }
   for (std::size_t bits = 1; bits < std::size_t{1} << refinements_.size(); ++bits)
     variants_.push_back(std::unique_ptr<Candidate>(new Candidate(*this, bits)));
@@ -193,7 +198,7 @@ std::vector<std::vector<double>> combinations(std::span<const std::vector<double
   return all;
 }
 
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters, NonlinearRange range) {
+std::vector<std::vector<double>> starts_of_nonlinear(std::span<const FreeParameter> parameters, NonlinearRange range) {
   std::vector<std::vector<double>> values;
   for (const FreeParameter& p : parameters)
     values.push_back(p.nonlinear ? tried(p, range) : std::vector<double>{p.off});
@@ -235,6 +240,20 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
     text += fmt::format(", {}: {{file: {}, dataset: {}}}", map.name, map_file, map_dataset(map));
   }
   return text + "}";
+}
+
+bool lists_as_confusable(const Candidate& one, const Candidate& other) {
+  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  return std::ranges::find(names, other.name()) != names.end();
+}
+
+std::vector<std::string> confused_with(const Candidate& one,
+                                       const std::vector<std::unique_ptr<Candidate>>& candidates) {
+  std::vector<std::string> names = graph::split_words(one.border().confused_with);
+  for (const auto& other : candidates) {
+    if (lists_as_confusable(*other, one)) names.push_back(other->name());
+  }
+  return names;
 }
 
 std::span<const double> values_of(const Term& term, const ModelTerm& addition) {

@@ -27,6 +27,8 @@ struct FreeParameter {
   double step() const;
   /// True for a nonlinear parameter that covers the whole circle.
   bool is_angle() const;
+  /// Multiples of the typical value within the bounds, each once.
+  std::vector<double> multiples(std::span<const double> factors) const;
 };
 
 /// Nested parameters, varied only if the data require it: an amplitude and the nonlinear parameters that belong to it.
@@ -79,8 +81,8 @@ std::vector<std::vector<double>> combinations(std::span<const std::vector<double
 enum class NonlinearRange : std::uint8_t { usual, any };
 
 /// Starts of a search: amplitudes at off, combined with a few values of each nonlinear parameter.
-std::vector<std::vector<double>> probes_of(std::span<const FreeParameter> parameters,
-                                           NonlinearRange range = NonlinearRange::any);
+std::vector<std::vector<double>> starts_of_nonlinear(std::span<const FreeParameter> parameters,
+                                                     NonlinearRange range = NonlinearRange::any);
 
 class Candidate {
  public:
@@ -101,7 +103,7 @@ class Candidate {
   const std::vector<FreeParameter>& free() const { return free_; }
   /// Indices of parameters that keep the values of the model, although they could be varied.
   const std::vector<std::size_t>& held() const { return root_->held_; }
-  FreeParameter parameter(std::size_t index) const { return free_parameter(index); }
+  FreeParameter parameter(std::size_t index) const;
   /// Value of a numerical parameter in the model, or its default.
   double written(std::size_t index) const { return written_->data()[index].number; }
   std::size_t amplitudes() const;
@@ -136,7 +138,6 @@ class Candidate {
   void find_free();
   void find_refinements();
   void find_maps();
-  FreeParameter free_parameter(std::size_t index) const;
   const Candidate& variant(std::size_t refined) const { return refined == 0 ? *root_ : *root_->variants_[refined - 1]; }
 
   const graph::Plugin* descriptor_;
@@ -150,6 +151,11 @@ class Candidate {
   std::vector<std::unique_ptr<Candidate>> variants_;  ///< of the root only, by their bits
   std::vector<MapParameter> maps_;
 };
+
+/// True if the author of an effect lists another one as confused with it.
+bool lists_as_confusable(const Candidate& one, const Candidate& other);
+/// Names of the effects listed as confused with one, by its author or by theirs.
+std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
 
 /// An effect in a model, with the values of its free parameters.
 struct Term {

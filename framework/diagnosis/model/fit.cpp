@@ -4,8 +4,6 @@
 
 #include "diagnosis/data/search_settings.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -10,7 +10,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 
 namespace tofgraph::diagnosis {
 
@@ -29,8 +28,6 @@ struct Interval {
 std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
                                 Refinements refinements = Refinements::may_be_there);
 
-// ---- Status of a parameter, and its value with no more digits than the data determine ----
-
 enum class ParameterStatus {
   determined,
   consistent_with_zero,  ///< the interval of an amplitude contains off
@@ -39,11 +36,6 @@ enum class ParameterStatus {
 
 /// @param variance of the fit, in squared typical values; NaN: unknown, as for maps
 ParameterStatus parameter_status(const FreeParameter& parameter, const Interval& interval, double variance);
-
-/// Value in laboratory units (lengths in mm, times in ms, angles in deg), with two digits of its uncertainty: "4.001 mm
-/// ± 0.020 mm", or "1.00 ms (0.90 ms to 2.00 ms)" if the value is off centre by more than a fifth of the half width.
-/// @param unit SI @param digits without an interval
-std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits = 3);
 
 // ---- Identifiability of an effect's values ----
 

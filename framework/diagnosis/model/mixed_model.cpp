@@ -7,7 +7,6 @@
 #include <boost/math/tools/minima.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -3,10 +3,8 @@
 #include "diagnosis/model/nuisances.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/intervals.hpp"
 #include "diagnosis/model/problem.hpp"
 
-#include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>
 
 #include <algorithm>
@@ -120,7 +118,7 @@ std::optional<double> lower_contrast(const Design& design, const Observations& d
 struct Lower {
   double value = 0, variance = 0;
 };
-Lower lower_contrast(const Problem& problem, const State& state) {
+Lower fitted_lower_contrast(const Problem& problem, const State& state) {
   const auto& sd = problem.nuisances.sd;
   const auto rows = expected(problem, state);
   const std::vector<Column> columns = jacobian(problem, state, rows);
@@ -159,22 +157,16 @@ bool MeasuredContrast::profile_is_off() const {
   return (profile < low || profile > high) && std::abs(value / profile - 1) > settings.contrast_tolerance;
 }
 
-std::string MeasuredContrast::text() const {
-  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits are meaningless for a camera
-  const double half = (high - low) / 2;
-  return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", value, std::max(half, least))
-                     : with_uncertainty(value, {low, high}, "")) +
-         " (statistical)";
+double log_lower_contrast(const Problem& problem, const State& state) {
+  return fitted_lower_contrast(problem, state).value;
 }
-
-double log_lower_contrast(const Problem& problem, const State& state) { return lower_contrast(problem, state).value; }
 
 std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State& state, double lack_of_fit) {
   if (!are_seen(intensity, problem.design, problem.data)) return std::nullopt;
   const Problem floating{
       problem.design,  problem.data, problem.targets, problem.target, nuisances_of(problem.design, true),
       problem.deadline};
-  const Lower lower = lower_contrast(floating, state);
+  const Lower lower = fitted_lower_contrast(floating, state);
   const double half = 1.96 * std::sqrt(lower.variance * std::max(lack_of_fit, 1.0));
   const double profile = problem.design.camera().contrast;
   return MeasuredContrast{profile, profile * std::exp(-lower.value), profile * std::exp(-lower.value - half),

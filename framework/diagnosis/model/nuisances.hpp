@@ -42,8 +42,6 @@ struct MeasuredContrast {
 
   /// True if the profile's contrast is outside the interval and differs by more than 1 %.
   bool profile_is_off() const;
-  /// "0.470 +- 0.001"
-  std::string text() const;
 };
 
 /// Contrast given a model; nullopt without intensities. @param lack_of_fit chi-square over its expectation

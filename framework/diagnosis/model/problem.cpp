@@ -33,9 +33,14 @@ std::string failing_effect(const Problem& problem, const State& state, std::size
 
 }  // namespace
 
-double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition) {
+std::size_t term_of(const State& state, const Candidate& candidate) {
+  const auto is_it = [&](const Term& term) { return term.candidate->name() == candidate.name(); };
+  return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
+}
+
+double log_reflectivity_of(const Problem& problem, std::span<const double> light, std::size_t condition) {
   const int target = problem.target[condition];
-  return target < 0 || state.log_reflectivity.empty() ? 0 : state.log_reflectivity[static_cast<std::size_t>(target)];
+  return target < 0 || light.empty() ? 0 : light[static_cast<std::size_t>(target)];
 }
 
 std::size_t first_parameter(const State& state, std::size_t term, std::optional<std::size_t> refinement) {
@@ -104,20 +109,32 @@ Problem with_deadline(Problem problem, const Deadline& deadline) {
   return problem;
 }
 
-std::vector<double> first_log_reflectivity(const Problem& problem) {
-  std::vector<double> sum(problem.targets.size(), 0), count(problem.targets.size(), 0);
-  const std::size_t n = problem.design.superpixels();
+double mean_log_amplitude(const Problem& problem, std::size_t target, const Rows& expectation) {
+  double sum = 0, count = 0;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (problem.target[i] < 0) continue;
-    const auto t = static_cast<std::size_t>(problem.target[i]);
-    for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
-      if (std::isinf(problem.data[i].variance[row])) continue;
-      sum[t] += problem.data[i].value[row];
-      ++count[t];
+    if (problem.target[i] != static_cast<int>(target)) continue;
+    for (const std::size_t row : problem.known_rows(i, amplitude)) {
+      sum += problem.data[i].value[row] - (expectation.empty() ? 0 : expectation[i][row]);
+      ++count;
     }
   }
-  for (std::size_t t = 0; t < sum.size(); ++t) sum[t] = count[t] > 0 ? sum[t] / count[t] : 0;
-  return sum;
+  return count > 0 ? sum / count : 0;
+}
+
+std::vector<double> first_log_reflectivity(const Problem& problem) {
+  std::vector<double> light;
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) light.push_back(mean_log_amplitude(problem, t, {}));
+  return light;
+}
+
+std::vector<double> log_reflectivity_from(const Problem& other, const State& state, const Problem& problem,
+                                          std::vector<double> light) {
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    const auto known = std::ranges::find(other.targets, problem.targets[t]);
+    const auto at = static_cast<std::size_t>(known - other.targets.begin());
+    if (at < state.log_reflectivity.size()) light[t] = state.log_reflectivity[at];
+  }
+  return light;
 }
 
 std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state) {
@@ -241,12 +258,10 @@ Column derivative(const Problem& problem, const State& state, const Rows& rows, 
 }
 
 double normalised_rms(const Problem& problem, std::size_t condition, const std::vector<double>& change) {
-  const std::size_t n = problem.design.superpixels();
   double largest = 0;
   for (std::size_t o = 0; o < observables; ++o) {
     double sum = 0, count = 0;
-    for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-      if (std::isinf(problem.data[condition].variance[row])) continue;
+    for (const std::size_t row : problem.known_rows(condition, o)) {
       sum += change[row] * change[row];
       ++count;
     }

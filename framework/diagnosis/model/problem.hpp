@@ -12,8 +12,10 @@
 #include "diagnosis/model/smooth_field.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -81,7 +83,8 @@ struct ConditionNuisances {
   std::shared_ptr<const Boards> boards = nullptr;  ///< null: flat
 };
 
-/// Data to be explained. Changed only by its maker, before any model is fitted to it.
+/// Data to be explained. Changed only by its maker: before any model is fitted to it, or by FoldProblem::fix_contrast()
+/// between the predictions with the given and with the fitted model.
 struct Problem {
   const Design& design;
   const std::vector<Observations>& data;  ///< one per condition
@@ -108,6 +111,13 @@ struct Problem {
   bool is_of(std::size_t observable, std::size_t row) const {
     const std::size_t n = design.superpixels();
     return row >= observable * n && row < (observable + 1) * n;
+  }
+  /// Rows of an observable whose values are known in a condition.
+  auto known_rows(std::size_t condition, std::size_t observable) const {
+    const std::size_t n = design.superpixels();
+    return std::views::iota(observable * n, (observable + 1) * n) |
+           std::views::filter(
+               [&variance = data[condition].variance](std::size_t row) { return !std::isinf(variance[row]); });
   }
   /// Factor on a difference of an observable in reports: converts half paths to depths.
   double shown_scale(std::size_t observable, std::size_t condition, std::size_t row) const {
@@ -136,7 +146,8 @@ Problem with_data(const Problem& problem, const std::vector<Observations>& data)
 /// The same problem with another deadline. @param deadline must live on
 Problem with_deadline(Problem problem, const Deadline& deadline);
 
-/// Parts of an expectation that stay fixed during a fit. Shared by states, never changed.
+/// Bias of the coarse grid (fixed during a fit), and response to light (updated during a fit if no amplitudes are
+/// known, restored afterwards). Shared by states; the rows themselves never change.
 struct Precomputed {
   std::shared_ptr<const Rows> grid_bias = nullptr;  ///< fine grid minus coarse grid; null: 0
   /// Change of the observables by a factor e of light; null: that of the ideal camera. Light that does not come from
@@ -185,11 +196,27 @@ std::size_t first_parameter(const State& state, std::size_t term, std::optional<
 /// The state without a term, or without a refinement of it.
 State removed(State state, const ModelTerm& addition);
 
-/// ln of the factor on a condition's reflectivity; 0 if it is known.
-double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition);
+/// Index of the term of an effect in a state, by its name, in any of its forms; the number of terms: there is none.
+std::size_t term_of(const State& state, const Candidate& candidate);
+inline bool is_in(const State& state, const Candidate& candidate) {
+  return term_of(state, candidate) < state.terms.size();
+}
+
+/// ln of the factor on a condition's reflectivity; 0 if it is known. @param light one per target
+double log_reflectivity_of(const Problem& problem, std::span<const double> light, std::size_t condition);
+inline double log_reflectivity_of(const Problem& problem, const State& state, std::size_t condition) {
+  return log_reflectivity_of(problem, state.log_reflectivity, condition);
+}
+/// Mean ln amplitude of a target's superpixels minus its expectation; 0 if none is known.
+/// @param expectation empty: zero
+double mean_log_amplitude(const Problem& problem, std::size_t target, const Rows& expectation);
 /// ln of the targets' factors from their mean ln amplitude, so that effects that depend on the light start near its
 /// true level.
 std::vector<double> first_log_reflectivity(const Problem& problem);
+/// ln of the factors of a problem's targets, as in a state of another problem with targets of the same names.
+/// @param light of targets that the other problem lacks
+std::vector<double> log_reflectivity_from(const Problem& other, const State& state, const Problem& problem,
+                                          std::vector<double> light);
 /// State in which a search with some terms starts.
 State first_state(const Problem& problem, const std::vector<Term>& terms);
 

@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-/// @file Patterns in residuals that follow no axis: principal components compared with those of noise.
+/// @file Change of a model by one term; residuals without nuisances, and their principal components.
 #pragma once
 
 #include "diagnosis/model/fit.hpp"
 #include "diagnosis/model/scan.hpp"
 
 #include <cstdint>
-#include <string>
 
 namespace tofgraph::diagnosis {
 

@@ -44,21 +44,9 @@ class SmoothField {
   double sd_ = 0;
 };
 
-struct Problem;
-struct ModelFit;
-struct State;
-/// A smooth field, and the fall of the deviance relative to the field of the fit.
-struct SmoothFieldTrial {
-  std::shared_ptr<const SmoothField> smooth_field;  ///< null: the fit's is as good
-  std::vector<Eigen::Index> runs = {};              ///< see runs_of()
-  double gain = 0;
-};
-/// Smooth field of least deviance, given a fit. Null if it lasts for nearly half of the campaign or longer: such a
-/// field cannot be distinguished from a pattern of the camera.
-SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit);
-
-/// Runs of conditions in the order of measurement over which a smooth field hardly changes: random signs are drawn for
-/// runs, not for single conditions. @returns index of the run of each condition; empty if the order is not stated
-std::vector<Eigen::Index> runs_of(const Problem& problem, const State& state, const SmoothField& smooth_field);
+/// A smooth field for other conditions, with the same standard deviation over the image; null if there is none.
+/// @param data see SmoothField
+std::shared_ptr<const SmoothField> with_data(const std::shared_ptr<const SmoothField>& smooth_field,
+                                             const std::vector<Observations>& data);
 
 }  // namespace tofgraph::diagnosis

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -18,14 +17,11 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
-/// Calls f(condition, superpixel, row) for each known value of the observable.
+/// Calls f(condition, row) for each known value of the observable.
 template <class F> void for_each_known(const Problem& problem, std::size_t observable, F f) {
-  const std::size_t n = problem.design.superpixels();
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     if (!problem.design.shows_board(i)) continue;  // a capped lens has no gap
-    for (std::size_t s = 0; s < n; ++s) {
-      if (!std::isinf(problem.data[i].variance[observable * n + s])) f(i, s, observable * n + s);
-    }
+    for (const std::size_t row : problem.known_rows(i, observable)) f(i, row);
   }
 }
 
@@ -42,7 +38,7 @@ Eigen::Vector3d common(const Model& model, std::size_t i, std::size_t row) {
 double gap(const Problem& problem, const State& state, std::size_t observable) {
   const auto rows = expected(problem, state);
   double sum = 0, count = 0;
-  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t row) {
     const double left = (problem.data[i].value[row] - rows[i][row]) * problem.shown_scale(observable, i, row);
     sum += left * left;
     ++count;
@@ -59,19 +55,15 @@ std::string settings_of(const io::Condition& c) {
                      c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
 }
 
-/// Variances of the measurements.
-struct Measured {
-  double frames = 0;    ///< mean over all superpixels, between frames; 0 without frames
-  double repeated = 0;  ///< between conditions with equal settings, beyond that of their frames; NaN: none is repeated
-};
+}  // namespace
 
-Measured measured(const Problem& problem, bool frames, std::size_t observable) {
-  Measured result;
+MeasuredNoise measured_noise(const Problem& problem, bool frames, std::size_t observable) {
+  MeasuredNoise result;
   const auto variance_of_frames = [&](std::size_t i, std::size_t row) {
     return frames ? std::pow(problem.shown_scale(observable, i, row), 2) * problem.data[i].variance[row] : 0;
   };
   double known = 0;
-  for_each_known(problem, observable, [&](std::size_t i, std::size_t, std::size_t row) {
+  for_each_known(problem, observable, [&](std::size_t i, std::size_t row) {
     result.frames += variance_of_frames(i, row);
     ++known;
   });
@@ -96,16 +88,9 @@ Measured measured(const Problem& problem, bool frames, std::size_t observable) {
       freedom += count - 1;
     }
   }
-  result.repeated = freedom > 0 ? std::max(beyond / freedom, 0.0) : std::numeric_limits<double>::quiet_NaN();
+  if (freedom > 0) result.repeated = std::max(beyond / freedom, 0.0);
+  result.known = frames || freedom > 0;
   return result;
-}
-
-}  // namespace
-
-double noise_floor(const Problem& problem, bool frames, std::size_t observable) {
-  const Measured all = measured(problem, frames, observable);
-  if (std::isnan(all.repeated)) return frames ? std::sqrt(all.frames) : all.repeated;
-  return std::sqrt(all.frames + all.repeated);
 }
 
 std::array<double, observables> scatter_of(const Problem& problem, const State& state) {
@@ -125,7 +110,7 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
   for (std::size_t o = 0; o < observables; ++o) {
     const double smooth_field = o == distance && state.nuisances.smooth_field ? state.nuisances.smooth_field->sd() : 0;
     double sum = 0, count = 0;
-    for_each_known(problem, o, [&](std::size_t i, std::size_t, std::size_t row) {
+    for_each_known(problem, o, [&](std::size_t i, std::size_t row) {
       const Eigen::Vector3d along = common({problem, state}, i, row);
       const auto& [value, open] = own[i];
       const double scale = problem.shown_scale(o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
@@ -137,15 +122,6 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
     scatter[o] = sum / count;
   }
   return scatter;
-}
-
-double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable) {
-  const double repeated = measured(problem, frames, observable).repeated;
-  return std::sqrt(std::max(scatter - (std::isnan(repeated) ? 0 : repeated), 0.0));
-}
-
-double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable) {
-  return std::sqrt(measured(problem, frames, observable).frames + scatter);
 }
 
 namespace {
@@ -168,21 +144,17 @@ Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& ex
                        std::size_t i) {
   const Problem& problem = model.problem;
   if (!problem.design.shows_board(i)) return {NAN, NAN, NAN, NAN};
-  const std::size_t n = problem.design.superpixels();
-  const int target = problem.target[i];
   const bool of_light = observable == amplitude || observable == intensity;
-  const double light = of_light && target >= 0 ? model.state.log_reflectivity[static_cast<std::size_t>(target)] : 0;
+  const double light = of_light ? log_reflectivity_of(problem, model.state, i) : 0;
   Evidence::Mean mean;
   Eigen::Vector3d shared = Eigen::Vector3d::Zero();
   double count = 0, noise = 0;
-  for (std::size_t row = observable * n; row < (observable + 1) * n; ++row) {
-    const double variance = own_variance(model, observable, i, row);
-    if (std::isinf(variance)) continue;
+  for (const std::size_t row : problem.known_rows(i, observable)) {
     const double scale = problem.shown_scale(observable, i, row);
     mean.measured += scale * (problem.data[i].value[row] - light);
     mean.simulated += scale * (simulated[i][row] - light);
     mean.extended += scale * (extended[i][row] - light);
-    noise += scale * scale * variance;
+    noise += scale * scale * own_variance(model, observable, i, row);
     shared += scale * common(model, i, row);
     ++count;
   }

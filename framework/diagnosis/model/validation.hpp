@@ -5,7 +5,9 @@
 
 #include "diagnosis/model/fit.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace tofgraph::diagnosis {
 
@@ -13,22 +15,27 @@ namespace tofgraph::diagnosis {
 /// observable is unknown.
 double gap(const Problem& problem, const State& state, std::size_t observable);
 
-/// Measured part of the gap: noise of the frames, and scatter of repeated conditions beyond it. NaN if both are
-/// unknown, as for tables without repetitions. In units of gap().
+/// Noise of the measurements in one observable; variances in squared units of gap().
+struct MeasuredNoise {
+  bool known = false;   ///< true: there are frames or repeated conditions
+  double frames = 0;    ///< mean over all superpixels, between frames; 0 without frames
+  double repeated = 0;  ///< between conditions with equal settings, beyond that of their frames; 0: none is repeated
+
+  /// Measured part of the gap; NaN if it is unknown, as for tables without repetitions.
+  double floor() const { return known ? std::sqrt(frames + repeated) : NAN; }
+  /// Scatter between conditions beyond that of repeated ones. @param scatter see scatter_of()
+  double scatter_left(double scatter) const { return std::sqrt(std::max(scatter - repeated, 0.0)); }
+  /// Gap of a complete model: noise of the frames, and scatter between conditions, which a few repeated conditions may
+  /// over- or underestimate. @param scatter see scatter_of()
+  double with_scatter(double scatter) const { return std::sqrt(frames + scatter); }
+};
 /// @param frames true: the variances of the data come from frames
-double noise_floor(const Problem& problem, bool frames, std::size_t observable);
+MeasuredNoise measured_noise(const Problem& problem, bool frames, std::size_t observable);
 
 /// Mean squares of the scatter between conditions, without the noise of their frames, in squared units of gap(): fitted
 /// position, offset and light of each condition, drift, sessions, board flatness and smooth field. Not the sum of the
 /// fitted variances, because two nuisances may compensate each other if the model is incomplete.
 std::array<double, observables> scatter_of(const Problem& problem, const State& state);
-
-/// Scatter between conditions beyond that of repeated ones. In units of gap(). @param scatter of the observable
-double scatter_left(const Problem& problem, double scatter, bool frames, std::size_t observable);
-
-/// Gap of a complete model: noise of the frames, and scatter between conditions, which a few repeated conditions may
-/// over- or underestimate. In units of gap(). @param scatter of the observable
-double noise_and_scatter(const Problem& problem, double scatter, bool frames, std::size_t observable);
 
 // ---- Measurements and expectations of two models, by condition and over the sensor, with errors ----
 

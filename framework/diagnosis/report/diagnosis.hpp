@@ -40,20 +40,16 @@ struct ParameterResult {
 };
 
 struct EffectResult {
-  std::string name, change;  ///< "added" or "refitted"
-  std::vector<std::string> tied_with;
-  std::string where;
+  std::string name;
+  const EffectFinding* found = nullptr;  ///< in Diagnosis::search; null: an effect of the given model, refitted
   std::vector<ParameterResult> parameters;
-  std::vector<ParameterResult> fixed;              ///< not fitted; their intervals are NaN
-  double held_out_before = 0, held_out_after = 0;  ///< median over folds, m: without the effect, and with it
-  double chosen = NAN;                             ///< fraction of folds; NaN: nothing could be held out
-  double chosen_by_halves = NAN;                   ///< fraction of random halves of the data; NaN: not searched
-  double gain = 0, p_value = 1, explained_fraction = 0;
-  std::vector<Rival> rivals;
-  std::string experiment;           ///< distinguishes it from one of tied_with; empty: not known
-  std::string experiment_excludes;  ///< that one of tied_with
-  std::vector<double> influence;    ///< share of each condition in the gain, see influence()
+  std::vector<ParameterResult> fixed;  ///< not fitted; their intervals are NaN
+  double chosen_by_halves = NAN;       ///< fraction of random halves of the data; NaN: not searched
+  std::vector<double> influence;       ///< share of each condition in the gain, see influence()
 
+  std::span<const Rival> rivals() const { return found != nullptr ? found->rivals : std::span<const Rival>(); }
+  /// Tie with the most important experiment: that in place of several effects, else the first one; null: none.
+  const Rival* main_tie() const;
   /// True if most random halves of the data do not choose it.
   bool is_weak() const { return chosen_by_halves < settings.min_share_of_halves; }
 };
@@ -67,6 +63,13 @@ struct Gap {
   double noise_and_scatter = 0;                                                         ///< gap of a complete model
 };
 
+/// Sections of the report with notes of their own.
+enum class NoteOn { data, names, nuisances, dropped };
+struct Note {
+  NoteOn on = NoteOn::data;
+  std::string text;
+};
+
 /// Origin of a diagnosis; not in report.json, which is reproducible.
 struct Origin {
   std::string command, date;  ///< date: UTC
@@ -78,8 +81,7 @@ struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN for observables without data
-  std::vector<std::string> notes;     ///< for the reader: masks, noise, exclusions; includes the next three
-  std::vector<std::string> notes_on_found, notes_on_nuisances, notes_on_dropped;
+  std::vector<Note> notes;            ///< for the reader: masks, noise, exclusions
   Audit audit;
   SearchResult search;
   State given_as_written;           ///< the given model with its parameters, reflectivities and variances fitted
@@ -94,12 +96,14 @@ struct Diagnosis {
   std::optional<PixelSpread> spread;         ///< if a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
   Measurements measurements;
+  std::optional<Problem> problem;  ///< of these measurements
   std::string campaign_name;
   std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
   std::unique_ptr<GivenModel> given;
-  std::vector<Term> given_terms;                       ///< of the given model
   std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
+
+  std::vector<std::string> notes_on(NoteOn section) const;
 };
 
 /// Summary in one sentence.
@@ -127,13 +131,6 @@ std::string unexplained_map(const Diagnosis& diagnosis);
 /// Notes on exclusions, and on what the measurements cannot determine. @param problem of these measurements
 std::vector<std::string> notes_on(const Measurements& measurements, const Problem& problem);
 
-/// Experiment that distinguishes an effect from a rival: the advice in the declaration that lists the other as
-/// confusable.
-std::string separating_experiment(const Candidate& found, const Rival& rival);
-
-/// Sorts rivals: ties without an undetermined value first, then those with fewer parameters.
-void sort_ties(std::vector<Rival>& rivals);
-
 /// Notes on alternatives to the effects and values found, and on assumptions that were not measured. Empty if nothing
 /// was found. @param problem of the measurements
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search);
@@ -149,8 +146,11 @@ std::vector<std::string> notes_on_misplaced(const Design& design, const SearchRe
 /// Note with the contrast that fits the taps, for a profile whose contrast is wrong.
 std::string note_on_contrast(const MeasuredContrast& contrast);
 
-/// Notes on effects that were not written, with reasons: effects that would make the model worse than the given one,
-/// and those that a time limit excluded. @param time_limit s
+/// Sentence on effects or values that were not written because the model would be worse than the given one; or "".
+std::string note_on_not_written(const SearchResult& search);
+
+/// Notes on effects that were not written, with reasons: note_on_not_written(), and those that a time limit excluded.
+/// @param time_limit s
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit);
 
 /// Notes on the spread of the pixels in the maps, and on their uncertainty.

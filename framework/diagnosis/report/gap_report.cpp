@@ -19,7 +19,7 @@ namespace {
 /// "crosstalk or static_reflection"; "zero_offset or warm_up for it and integration_time_offset".
 std::string name_and_ties(const EffectResult& effect) {
   std::string text = effect.name;
-  for (const Rival& rival : effect.rivals) {
+  for (const Rival& rival : effect.rivals()) {
     if (!rival.tied) continue;
     std::vector<std::string> others = rival.in_place_of;
     std::erase(others, effect.name);
@@ -29,9 +29,9 @@ std::string name_and_ties(const EffectResult& effect) {
   return text;
 }
 
-/// "distance 5/5, target 4/4": number of folds that chose an effect or one that is tied with it.
-std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
-  const std::vector<std::string> names = names_of(effect.name, effect.rivals);
+/// "distance 5/5, target 4/4": number of folds that chose an effect or a rival that explains as much.
+std::string chosen_in(const CrossFit& cross_fit, const EffectFinding& found) {
+  const std::vector<std::string> names = found.names();
   std::vector<std::string> settings;
   std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
   for (const FoldResult& fold : cross_fit.folds) {
@@ -47,9 +47,8 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectResult& effect) {
 }
 
 /// Effect on the held-out gap, with a remark if few folds determine it.
-std::string fall_text(const Diagnosis& d, std::size_t t) {
-  const HeldOutImprovement& improvement = d.search.found[t - d.given_terms.size()].improvement;
-  const auto gap = [&](double value) { return shown_gap(value, d.gaps[distance], distance); };
+std::string fall_text(const HeldOutImprovement& improvement, const Gap& of_distance) {
+  const auto gap = [&](double value) { return shown_gap(value, of_distance, distance); };
   std::string text = fmt::format("{} → {}", gap(improvement.median_taken_out), gap(improvement.median_with));
   if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds)
     text += fmt::format("\nin {} of the {} folds that chose it: the others also chose a similar effect",
@@ -66,9 +65,9 @@ void add_found(report::Page& page, const Diagnosis& d) {
     for (const ParameterResult& p : e.parameters) {
       if (!p.nonlinear) sizes += (sizes.empty() ? "" : "\n") + p.name + " " + value_text(p);
     }
-    const bool added = e.change == "added";
-    rows.push_back({name_and_ties(e), sizes, added ? fall_text(d, t) : "-",
-                    added && !std::isnan(e.chosen) ? chosen_in(d.search.cross_fit, e) : "-",
+    const bool added = e.found != nullptr;
+    rows.push_back({name_and_ties(e), sizes, added ? fall_text(e.found->improvement, d.gaps[distance]) : "-",
+                    added && !std::isnan(e.found->chosen) ? chosen_in(d.search.cross_fit, *e.found) : "-",
                     fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
                                 added ? "missing in the model" : "in the model, fitted again")});
   }
@@ -96,7 +95,7 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
 
 /// Adds the nuisances, which are visible in every figure.
 void add_nuisances(report::Page& page, const ReportData& data) {
-  const std::vector<std::string>& notes = data.d.notes_on_nuisances;
+  const std::vector<std::string> notes = data.d.notes_on(NoteOn::nuisances);
   if (notes.empty()) return;
   page.paragraph(
       "Errors that are not effects of the camera, which may make the residuals below larger than the noise:");
@@ -121,13 +120,12 @@ void add_confidence(report::Page& page, const Confidence& c) {
 
 /// Adds advice on the use of the result.
 void add_use(report::Page& page, const Diagnosis& d) {
-  const auto added = std::ranges::find(d.effects, "added", &EffectResult::change);
-  if (added == d.effects.end()) return;
+  if (d.search.found.empty()) return;
   page.paragraph(fmt::format(
       "To use it: model.yaml is the model with the effects found. 'tofgraph simulate --model model.yaml' makes "
       "the recordings of such a camera; the stage model_correction removes the camera's effects from its recordings (a "
       "tilted board or a rail is corrected in the lab). Meaning of each value: 'tofgraph describe {}'.",
-      added->name));
+      d.search.found.front().name));
 }
 
 void add_verdict(report::Page& page, const ReportData& data) {
@@ -138,9 +136,9 @@ void add_verdict(report::Page& page, const ReportData& data) {
     page.paragraph("The campaign's notes on its data:");
     page.list(d.campaign_notes);
   }
-  if (!d.notes_on_found.empty()) {
+  if (const std::vector<std::string> notes = d.notes_on(NoteOn::names); !notes.empty()) {
     page.paragraph("Meaning of the names and values:");
-    page.list(d.notes_on_found);
+    page.list(notes);
   }
   if (d.confidence) add_confidence(page, *d.confidence);
   page.paragraph(
@@ -172,9 +170,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
 
 /// Adds all notes except those of other sections.
 void add_notes(report::Page& page, const ReportData& data) {
-  std::vector<std::string> notes = data.d.notes;
-  for (const auto* others : {&data.d.notes_on_found, &data.d.notes_on_nuisances, &data.d.notes_on_dropped})
-    std::erase_if(notes, [&](const auto& note) { return std::ranges::find(*others, note) != others->end(); });
+  const std::vector<std::string> notes = data.d.notes_on(NoteOn::data);
   if (notes.empty()) return;
   page.heading("Notes");
   page.list(notes);
@@ -183,9 +179,7 @@ void add_notes(report::Page& page, const ReportData& data) {
 }  // namespace
 
 ReportData::ReportData(const Diagnosis& diagnosis)
-    : d(diagnosis),
-      design(*diagnosis.measurements.design),
-      problem(make_problem(design, diagnosis.measurements.observations)) {
+    : d(diagnosis), design(*diagnosis.measurements.design), problem(*diagnosis.problem) {
   State given_as_written = d.given_as_written;
   if (!given_as_written.terms.empty()) update_precomputed(problem, given_as_written);
   for (std::size_t o = 0; o < observables; ++o) {

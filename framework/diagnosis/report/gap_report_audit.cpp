@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
-#include "graph/stream.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -17,23 +16,6 @@ namespace {
 std::string question(const NextCondition& next) {
   if (next.effects.size() > 1) return sides_of(next, " from ");
   return asked_of(next.effects.front(), next.value);
-}
-
-/// Advice of the authors of tied effects: of those who name the other effect, or else of all.
-std::string experiments(const Diagnosis& d, const NextCondition& tie) {
-  std::vector<std::string> all, meant;
-  for (const std::string& name : tie.effects) {
-    for (const auto& candidate : d.candidates) {
-      if (candidate->name() != name) continue;
-      const tofgraph_effect& border = candidate->border();
-      const std::vector<std::string> confused = graph::split_words(border.confused_with);
-      const bool other_meant = std::ranges::any_of(
-          tie.effects, [&](const std::string& other) { return std::ranges::find(confused, other) != confused.end(); });
-      all.push_back(border.experiment);
-      if (other_meant) meant.push_back(border.experiment);
-    }
-  }
-  return fmt::format("{}", fmt::join(meant.empty() ? all : meant, "; or "));
 }
 
 /// True if the data have samples of the camera, or a table instead.
@@ -171,7 +153,7 @@ void add_next(report::Page& page, const ReportData& data) {
     if (tie.effects.size() > 1 && !tells(tie))
       page.verdict(fmt::format(
           "None of the compared conditions can distinguish {}. Recommended, from experience: {}{}.", question(tie),
-          has_samples(d) ? "" : "the samples, if the camera gives them; or ", experiments(d, tie)));
+          has_samples(d) ? "" : "the samples, if the camera gives them; or ", tie.experiment));
   }
   if (!d.next.empty())
     page.paragraph(fmt::format(

@@ -79,7 +79,7 @@ void add_correlations(report::Page& page, const Diagnosis& d) {
 }
 
 /// Bars of the conditions that contribute most to an effect's gain.
-std::string effective_sample_size(const ReportData& data, const EffectResult& e) {
+std::string influence_bars(const ReportData& data, const EffectResult& e) {
   std::vector<std::size_t> order(e.influence.size());
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, std::greater<>{}, [&](std::size_t i) { return e.influence[i]; });
@@ -177,7 +177,7 @@ void add_influence(report::Page& page, const ReportData& data) {
   std::vector<std::string> halves;
   for (const EffectResult& e : data.d.effects) {
     if (e.influence.empty()) continue;
-    pictures.push_back(effective_sample_size(data, e));
+    pictures.push_back(influence_bars(data, e));
     halves.push_back(half_of(e));
   }
   if (pictures.empty()) return;
@@ -201,7 +201,7 @@ void add_rivals(report::Page& page, const ReportData& data) {
   constexpr std::size_t most = 3;  // per effect, in addition to the tied ones
   for (const EffectResult& e : data.d.effects) {
     std::size_t worse = 0;
-    for (const Rival& rival : e.rivals) {
+    for (const Rival& rival : e.rivals()) {
       if (!rival.does_as_much() && ++worse > most) continue;
       if (!rival.is_listed_at(e.name)) continue;
       rows.push_back({fmt::format("{}", fmt::join(rival.in_place_of, " with ")), rival.candidate->name(),

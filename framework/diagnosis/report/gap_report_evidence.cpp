@@ -143,7 +143,7 @@ void add_targets(report::Page& page, const ReportData& data) {
 }
 
 /// Chart of the held-out gap of each condition, for both models.
-std::string gap_chart(const ReportData& data, const std::vector<ConditionGap>& gaps) {
+std::string gap_chart(const ReportData& data, const std::vector<HeldOutGap>& gaps) {
   Series simulated{"simulated", Series::Style::points, {}, report::of_simulated};
   Series extended{"extended", Series::Style::points, {}, report::of_extended};
   for (const std::size_t i : by_distance(data.design)) {
@@ -246,7 +246,7 @@ void add_click(report::Page& page, const ReportData& data) {
 void add_folds(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const FoldResult& result : data.d.search.cross_fit.folds) {
-    const FoldResult::Gap gap = result.gap(distance);
+    const HeldOutGap gap = result.gap();
     rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
                     result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
                     std::to_string(result.fold.held.size()), shown(gap.before, distance, 2),
@@ -311,7 +311,7 @@ void add_curves(report::Page& page, const ReportData& data) {
 
 void add_conditions(report::Page& page, const ReportData& data) {
   page.heading("Condition by condition");
-  const auto gaps = gaps_by_condition(data.d.search.cross_fit, data.design.size(), distance);
+  const auto gaps = gaps_by_condition(data.d.search.cross_fit, data.design.size());
   if (data.d.search.cross_fit.empty()) {
     page.paragraph("No conditions could be held out: there is no gap of conditions that the search has not used.");
   } else {

@@ -10,11 +10,70 @@
 #include <tofgraph/physics/to_integer.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <span>
 
 namespace tofgraph::diagnosis {
+
+namespace {
+
+constexpr double skewed = 0.2;  ///< fraction of half an interval
+
+struct Scale {
+  std::string_view unit, shown;
+  double factor;
+};
+constexpr std::array<Scale, 4> scales = {
+    {{"m", "mm", 1e3}, {"s", "ms", 1e3}, {"rad", "deg", 180 / std::numbers::pi}, {"m/s", "mm/ms", 1}}};
+
+/// Number of decimals that gives an uncertainty two digits; negative: tens, hundreds.
+int digits_of(double uncertainty) {
+  if (!(uncertainty > 0 && std::isfinite(uncertainty))) return 4;
+  const int leading = physics::to_integer(std::floor(std::log10(uncertainty)), 0);
+  return 1 - leading;
+}
+
+/// Value with this number of significant digits, without an exponent for large numbers.
+std::string rounded(double value, int digits) {
+  return fmt::format("{}", std::stod(fmt::format("{:.{}e}", value, digits - 1)));
+}
+
+std::string number(double value, int digits) {
+  constexpr int max_digits = 7;
+  if (digits <= max_digits && std::abs(value) < 0.5 * std::pow(10, -digits)) value = 0;  // avoids "-0.00"
+  if (digits > max_digits) return fmt::format("{:.{}e}", value, 2);
+  if (digits >= 0) return fmt::format("{:.{}f}", value, digits);
+  const double unit = std::pow(10, -digits);
+  return fmt::format("{:.0f}", std::round(value / unit) * unit);
+}
+
+}  // namespace
+
+std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits) {
+  const auto found = std::ranges::find(scales, unit, &Scale::unit);
+  const double factor = found == scales.end() ? 1 : found->factor;
+  const std::string_view shown = found == scales.end() ? unit : found->shown;
+  const std::string after = shown.empty() ? "" : " " + std::string(shown);
+  if (!std::isfinite(interval.low) || !std::isfinite(interval.high)) return rounded(factor * value, digits) + after;
+  const double half = factor * (interval.high - interval.low) / 2;
+  const double off_centre = factor * std::abs((interval.low + interval.high) / 2 - value);
+  const int decimals = digits_of(half);
+  const auto text = [&](double v) { return number(v, decimals) + after; };
+  if (off_centre > skewed * half)
+    return fmt::format("{} ({} to {})", text(factor * value), text(factor * interval.low),
+                       text(factor * interval.high));
+  return fmt::format("{} \u00b1 {}", text(factor * value), text(half));
+}
+
+std::string text_of(const MeasuredContrast& contrast) {
+  constexpr double least = 1e-4, few = 1e-3;  // of an uncertainty; more digits are meaningless for a camera
+  const double half = (contrast.high - contrast.low) / 2;
+  return (half < few ? fmt::format("{:.4f} \u00b1 {:.4f}", contrast.value, std::max(half, least))
+                     : with_uncertainty(contrast.value, {contrast.low, contrast.high}, "")) +
+         " (statistical)";
+}
 
 std::string shown(double value, std::size_t observable, int digits) {
   if (!std::isfinite(value)) return "-";
@@ -55,8 +114,8 @@ std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap
   });
   return patterns;
 }
-double scaled(double value, std::size_t observable) { return shown_factor(observable) * value; }
-std::string unit_of(std::size_t observable) { return shown_unit(observable); }
+double scaled(double value, std::size_t observable) { return (observable == distance ? 1e3 : 100) * value; }
+std::string unit_of(std::size_t observable) { return observable == distance ? "mm" : "%"; }
 std::string label(std::size_t observable) { return observable_labels.at(observable); }
 
 std::string setting_of(const io::Condition& c) {

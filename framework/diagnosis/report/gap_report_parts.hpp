@@ -23,7 +23,7 @@ struct ReportData {
 
   const Diagnosis& d;
   const Design& design;
-  Problem problem;
+  const Problem& problem;
   std::map<std::size_t, Evidence> evidence;  ///< of the observables with data
 };
 
@@ -55,6 +55,12 @@ void add_next(report::Page& page, const ReportData& data);
 
 // ---- Numbers and settings in the format of the gap report ----
 
+/// Value in laboratory units (lengths in mm, times in ms, angles in deg), with two digits of its uncertainty: "4.001 mm
+/// ± 0.020 mm", or "1.00 ms (0.90 ms to 2.00 ms)" if the value is off centre by more than a fifth of the half width.
+/// @param unit SI @param digits without an interval
+std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits = 3);
+/// "0.4700 ± 0.0010 (statistical)"
+std::string text_of(const MeasuredContrast& contrast);
 /// Value with unit: lengths in mm, relative quantities in percent.
 std::string shown(double value, std::size_t observable, int digits = 3);
 /// Signed value with unit, for residuals.
@@ -66,6 +72,7 @@ std::string shown_gap(double value, const Gap& gap, std::size_t observable);
 /// Patterns of the distance first, the largest of each observable first. Omits patterns much larger than the gap
 /// itself, because other fitted terms compensate most of them.
 std::vector<Pattern> by_size(std::vector<Pattern> patterns, const std::array<Gap, observables>& gaps);
+/// Value and unit in reports: lengths in mm, relative quantities in percent.
 double scaled(double value, std::size_t observable);
 std::string unit_of(std::size_t observable);
 std::string label(std::size_t observable);

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <set>
 #include <tuple>
 
@@ -30,29 +29,24 @@ Kind kind_of(const io::Condition& c, bool with_time) {
 
 /// True if integration times are separate columns: unless most cells would then be empty.
 bool times_are_columns(const Design& design) {
-  std::set<double> distances;
   std::set<Kind> kinds;
   std::set<std::pair<double, Kind>> fields;
   for (const io::Condition& c : design.conditions()) {
     if (c.is_capped()) continue;
-    distances.insert(c.board_distance);
     kinds.insert(kind_of(c, true));
     fields.emplace(c.board_distance, kind_of(c, true));
   }
-  return 3 * fields.size() > distances.size() * kinds.size();
+  return 3 * fields.size() > design.levels(&io::Condition::board_distance).size() * kinds.size();
 }
 
 /// Map of means over a condition's image. Rows: distances; columns: other settings.
 std::string over_conditions(const Design& design, const std::vector<std::vector<double>>& values, std::size_t o,
                             const std::string& title) {
   const bool with_time = times_are_columns(design);
-  std::set<double> distances;
+  const std::set<double> distances = design.levels(&io::Condition::board_distance);
   std::map<Kind, std::size_t> kinds;
-  for (const io::Condition& c : design.conditions()) {
-    if (c.is_capped()) continue;
-    distances.insert(c.board_distance);
-    kinds.emplace(kind_of(c, with_time), 0);
-  }
+  for (const io::Condition& c : design.conditions())
+    if (!c.is_capped()) kinds.emplace(kind_of(c, with_time), 0);
   std::size_t next = 0;
   report::FieldMap map{.title = title, .unit = unit_of(o), .rows = distances.size(), .columns = kinds.size()};
   for (auto& [kind, column] : kinds) {
@@ -178,7 +172,7 @@ void add_rest(report::Page& page, const ReportData& data) {
   std::string nearest;
   for (const Near& near : search.nearest)
     nearest += fmt::format("{}{} ({:.0f} %)", nearest.empty() ? "" : ", ", near.candidate->name(),
-                           100 * near.explained_fraction);
+                           100 * near.fraction_of_largest);
   if (!nearest.empty())
     page.paragraph("The closest effects, and the part of it that they would explain: " + nearest + ".");
   const std::vector<std::string> shape = {rest_map(data)};

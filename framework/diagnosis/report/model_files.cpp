@@ -31,14 +31,14 @@ std::string ties_of(const Diagnosis& d, const Term& term) {
     if (found.name != term.candidate->name()) continue;
     for (const Rival& rival : found.rivals) {
       if (!rival.tied || !rival.is_listed_at(found.name)) continue;
-      const auto other = std::ranges::find(rival.state.terms, rival.candidate->name(),
-                                           [](const Term& t) { return t.candidate->name(); });
-      if (other == rival.state.terms.end()) continue;
+      const std::size_t at = term_of(rival.state, *rival.candidate);
+      if (at == rival.state.terms.size()) continue;
+      const Term& other = rival.state.terms[at];
       const std::string of_all =
           rival.of_several() ? fmt::format(" in the place of {}", fmt::join(rival.in_place_of, " and ")) : "";
       text += fmt::format("  # or{}, which these data cannot distinguish ({:.1f} of deviance worse):\n  # - {}\n",
                           of_all, std::round(10 * rival.deviance) / 10 + 0.0,
-                          other->candidate->yaml(other->values, other->maps.get(), map_file_name));
+                          other.candidate->yaml(other.values, other.maps.get(), map_file_name));
     }
   }
   return text;

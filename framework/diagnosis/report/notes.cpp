@@ -5,7 +5,7 @@
 #include "config/quantity.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/validation.hpp"
-#include "graph/stream.hpp"
+#include "diagnosis/report/gap_report_parts.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -15,22 +15,18 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 #include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
 
 /// Adds notes on ambiguities caused by few levels of a setting, or by settings that vary together.
-void notes_on_levels(const std::vector<io::Condition>& conditions, bool light_seen, std::vector<std::string>& notes) {
-  std::set<double> distances, times;
+void notes_on_levels(const Design& design, bool light_seen, std::vector<std::string>& notes) {
+  const std::set<double> distances = design.levels(&io::Condition::board_distance),
+                         times = design.levels(&io::Condition::integration_time);
   std::map<std::pair<double, std::string>, std::set<double>> times_of_board;
-  for (const io::Condition& c : conditions) {
-    if (c.is_capped()) continue;
-    distances.insert(c.board_distance);
-    times.insert(c.integration_time);
-    times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
-  }
+  for (const io::Condition& c : design.conditions())
+    if (!c.is_capped()) times_of_board[{c.board_distance, c.target}].insert(c.integration_time);
   if (distances.size() == 1)
     notes.push_back(
         "All conditions have one distance: an error that changes with the distance cannot be distinguished from an "
@@ -79,25 +75,7 @@ std::string as_well(const std::string& found, const std::string& others, const s
   return fmt::format("These data cannot distinguish {} from {}.{}", found, others, advice);
 }
 
-bool lists_as_confusable(const Candidate& one, const Candidate& other) {
-  const std::vector<std::string> names = graph::split_words(one.border().confused_with);
-  return std::ranges::find(names, other.name()) != names.end();
-}
-
 }  // namespace
-
-std::string separating_experiment(const Candidate& found, const Rival& rival) {
-  const Candidate& other = *rival.candidate;
-  const bool others_advice =
-      rival.of_several() || (lists_as_confusable(other, found) && !lists_as_confusable(found, other));
-  return (others_advice ? other : found).border().experiment;
-}
-
-void sort_ties(std::vector<Rival>& rivals) {
-  std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
-    return std::tuple(!one.tied, one.tied && one.undetermined, one.tied ? one.candidate->free().size() : 0);
-  });
-}
 
 std::vector<std::string> notes_on_found(const Problem& problem, const SearchResult& search) {
   std::vector<std::string> notes;
@@ -107,7 +85,7 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
     std::map<std::string, std::vector<std::string>> tied;  // by the experiment that separates them
     for (const Rival& rival : found.rivals) {
       if (!rival.tied) continue;
-      const std::string experiment = separating_experiment(*found.candidate, rival);
+      const std::string experiment = rival.separating_experiment(*found.candidate);
       if (!rival.of_several()) tied[experiment].push_back(rival.candidate->name());
       if (rival.of_several() && rival.is_listed_at(found.name))
         notes.push_back(as_well(fmt::format("{} together", fmt::join(rival.in_place_of, " and ")),
@@ -167,13 +145,13 @@ std::vector<std::string> notes_on(const Measurements& m, const Problem& problem)
                     : problem.light_seen()
                         ? "The captures have distances and amplitudes: the intensity and the null channels are unknown."
                         : "The captures have distances only: the light and the null channels are unknown.");
-  if (std::isnan(noise_floor(problem, !m.table, distance)))
+  if (!measured_noise(problem, !m.table, distance).known)
     notes.push_back(
         "Repeatability unknown: there are neither frames nor conditions with the same settings, so no noise floor.");
   if (!m.design->tells_order())
     notes.push_back(
         "Not every condition states its `order`: a drift of the camera during the campaign was not tested.");
-  notes_on_levels(m.design->conditions(), problem.light_seen(), notes);
+  notes_on_levels(*m.design, problem.light_seen(), notes);
   if (!problem.light_seen() && !problem.targets.empty())
     notes.push_back(fmt::format(
         "No amplitudes are known: the first target's reflectivity is taken as {}, the others' are inferred from the "
@@ -258,7 +236,15 @@ std::string note_on_contrast(const MeasuredContrast& contrast) {
       "The profile's contrast is wrong: it is {:.3g}, these taps show {} (a / 2I). The search fits it, so that no "
       "effect absorbs it; intensities that are simulated with this profile are wrong by {:.1f} %. tofgraph calibrate "
       "response measures it.",
-      contrast.profile, contrast.text(), 100 * std::abs(contrast.value / contrast.profile - 1));
+      contrast.profile, text_of(contrast), 100 * std::abs(contrast.value / contrast.profile - 1));
+}
+
+std::string note_on_not_written(const SearchResult& search) {
+  if (search.not_better.empty()) return "";
+  return fmt::format(
+      "{}: {}.",
+      search.is_given ? "The given model is written unchanged" : "A larger model was found and is not written",
+      search.not_better);
 }
 
 std::vector<std::string> notes_on_verification(const SearchResult& search, double time_limit) {
@@ -275,12 +261,9 @@ std::vector<std::string> notes_on_verification(const SearchResult& search, doubl
     notes.push_back(
         "It left no time to compare all named effects with others: effects that cannot be distinguished from them may "
         "be missing.");
-  if (search.is_given)
-    notes.push_back(fmt::format("The given model is written unchanged: {}.", search.not_better));
-  else if (!search.not_better.empty())
-    notes.push_back(fmt::format("A larger model was found and is not written: {}.", search.not_better));
+  if (const std::string note = note_on_not_written(search); !note.empty()) notes.push_back(note);
   const GapComparison& written = search.verified.held_out;
-  if (const double chosen = search.cross_fit.gap(distance, "", 1).after;
+  if (const double chosen = search.cross_fit.gap().after;
       !search.cross_fit.empty() && is_gap_worse(chosen, written.model))
     notes.push_back(
         fmt::format("The effects that are written, fitted without the held-out conditions, predict these with a "

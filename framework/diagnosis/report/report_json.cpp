@@ -42,23 +42,28 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
                           {"low", number(p.interval.low)},
                           {"high", number(p.interval.high)},
                           {"standing", parameter_status_names.at(static_cast<std::size_t>(p.status))}};
-  json result = {{"name", effect.name},   {"change", effect.change},  {"tied_with", effect.tied_with},
-                 {"where", effect.where}, {"parameters", parameters}, {"fixed", json::object()}};
+  json result = {{"name", effect.name},        {"change", effect.found != nullptr ? "added" : "refitted"},
+                 {"tied_with", json::array()}, {"where", ""},
+                 {"parameters", parameters},   {"fixed", json::object()}};
   for (const ParameterResult& p : effect.fixed) result["fixed"][p.name] = {{"value", p.value}, {"unit", p.unit}};
-  if (effect.change != "added") return result;
-  result["held_out_gap_before"] = number(effect.held_out_before);
-  result["held_out_gap_after"] = number(effect.held_out_after);
-  result["chosen"] = number(effect.chosen);
+  if (effect.found == nullptr) return result;
+  const EffectFinding& found = *effect.found;
+  if (!found.where.empty()) result["where"] = name_of(found.where.front());
+  result["held_out_gap_before"] = number(found.improvement.median_taken_out);
+  result["held_out_gap_after"] = number(found.improvement.median_with);
+  result["chosen"] = number(found.chosen);
   if (std::isfinite(effect.chosen_by_halves)) {
     result["chosen_by_halves"] = effect.chosen_by_halves;
     result["weak"] = effect.is_weak();
   }
-  result["gain"] = effect.gain;
-  result["p_value"] = effect.p_value;
-  result["capture"] = number(effect.explained_fraction);
+  result["gain"] = found.gain;
+  result["p_value"] = found.p_value;
+  result["capture"] = number(found.explained_fraction);
   for (std::size_t i = 0; i < effect.influence.size(); ++i) result["influence"][conditions[i].id] = effect.influence[i];
-  if (!effect.tied_with.empty()) result["separating_experiment"] = effect.experiment;
-  for (const Rival& rival : effect.rivals) {
+  if (const Rival* const tie = effect.main_tie(); tie != nullptr)
+    result["separating_experiment"] = tie->separating_experiment(*found.candidate);
+  for (const Rival& rival : found.rivals) {
+    if (rival.tied) result["tied_with"].push_back(rival.candidate->name());
     result["rivals"].push_back({{"name", rival.candidate->name()},
                                 {"in_place_of", rival.in_place_of},
                                 {"deviance", rival.deviance},
@@ -90,17 +95,17 @@ json unexplained_of(const Diagnosis& d) {
   }
   result["map"] = unexplained_map_name;
   for (const Near& near : d.search.nearest)
-    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.explained_fraction}});
+    result["nearest"].push_back({{"effect", near.candidate->name()}, {"capture", near.fraction_of_largest}});
   for (const EffectFinding& tried : d.search.dropped)
     result["refuted"].push_back({{"effect", tried.name}, {"why", tried.refutation}});
   return result;
 }
 
-json folds_of(const Diagnosis& d) {
+json folds_json(const Diagnosis& d) {
   json all = json::array();
   for (const FoldResult& result : d.search.cross_fit.folds) {
     const Fold& fold = result.fold;
-    const FoldResult::Gap gap = result.gap(distance);
+    const HeldOutGap gap = result.gap();
     all.push_back({{"setting", fold.setting},
                    {"levels", fold.levels},
                    {"conditions", fold.held.size()},
@@ -125,7 +130,7 @@ json correlations_of(const Diagnosis& d) {
 json conditions_of(const Diagnosis& d) {
   json all = json::array();
   const auto& conditions = d.measurements.design->conditions();
-  const auto gaps = gaps_by_condition(d.search.cross_fit, conditions.size(), distance);
+  const auto gaps = gaps_by_condition(d.search.cross_fit, conditions.size());
   for (std::size_t i = 0; i < conditions.size(); ++i)
     all.push_back({{"id", conditions[i].id},
                    {"held_out_gap_before", number(gaps[i].before)},
@@ -189,7 +194,7 @@ json nuisances_json(const Diagnosis& d) {
     result["smooth_residue"] = {{"value", smooth_field->sd()}, {"unit", "m"}};
   if (const auto& boards = d.search.after.state.nuisances.boards)
     result["boards"] = {{"value", boards->sd}, {"unit", "m"}};
-  const Problem problem = make_problem(*d.measurements.design, d.measurements.observations);
+  const Problem& problem = *d.problem;
   for (const auto& [name, which, unit] :
        {std::tuple("drift", &RandomEffectSd::drift, "m"), std::tuple("drift_light", &RandomEffectSd::drift_light, ""),
         std::tuple("session", &RandomEffectSd::session, "m"),
@@ -280,7 +285,8 @@ json report_json(const Diagnosis& d) {
     report["alike"].push_back({{"effects", {pair.first->name(), pair.second->name()}}, {"cosine", pair.cosine}});
   report["unexplained"] = unexplained_of(d);
   report["model"] = "model.yaml";
-  report["notes"] = d.notes;
+  report["notes"] = json::array();
+  for (const Note& note : d.notes) report["notes"].push_back(note.text);
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   report["nuisances"] = nuisances_json(d);
   report["campaign"] = {{"name", d.campaign_name}, {"notes", d.campaign_notes}};
@@ -288,7 +294,7 @@ json report_json(const Diagnosis& d) {
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
   if (d.spread) report["pixel_spread"] = spread_of(*d.spread);
-  report["folds"] = folds_of(d);
+  report["folds"] = folds_json(d);
   for (const Stability& one : d.stability)
     report["resampled"].push_back({{"put_aside", one.put_aside},
                                    {"runs", one.chosen.size()},

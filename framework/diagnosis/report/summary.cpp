@@ -46,10 +46,11 @@ std::string shrunk(const Diagnosis& d) {
 /// Changed values of the model's own effects: "wiggling amplitude 6 mm -> 4 mm".
 std::string refitted(const Diagnosis& d) {
   std::vector<std::string> changes;
-  for (std::size_t t = 0; t < d.given_terms.size() && t < d.effects.size(); ++t) {
+  const std::vector<Term>& given = d.given->terms();
+  for (std::size_t t = 0; t < given.size() && t < d.effects.size(); ++t) {
     for (std::size_t k = 0; k < d.effects[t].parameters.size(); ++k) {
       const ParameterResult& p = d.effects[t].parameters[k];
-      const std::vector<double>& written = d.given_terms[t].values;  // without added refinements, which come last
+      const std::vector<double>& written = given[t].values;  // without added refinements, which come last
       const double before = k < written.size() ? written[k] : d.search.after.state.terms[t].candidate->free()[k].off;
       if (before < p.interval.low || before > p.interval.high)
         changes.push_back(fmt::format("{} {} {} -> {}", d.effects[t].name, p.name,
@@ -107,11 +108,9 @@ std::string not_known(const Diagnosis& d) {
 std::string text_of(const Rival& rival) {
   std::string name = rival.candidate->name();
   if (!rival.undetermined) return name;
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == rival.candidate; };
-  const auto term = std::ranges::find_if(rival.state.terms, is_it);
-  return term == rival.state.terms.end()
-             ? name
-             : fmt::format("{} of unknown {}", name, term->candidate->free()[*rival.undetermined].name);
+  const std::size_t term = term_of(rival.state, *rival.candidate);
+  if (term == rival.state.terms.size()) return name;
+  return fmt::format("{} of unknown {}", name, rival.state.terms[term].candidate->free()[*rival.undetermined].name);
 }
 
 /// Measurement that decides the first tie, "To tell zero_offset from warm_up, measure a board at 0.56 m"; "": no tie.
@@ -121,8 +120,10 @@ std::string deciding(const Diagnosis& d) {
       return fmt::format(" To tell {}, measure a {}.", sides_of(next, " from "), setting_of(next));
   }
   for (const EffectResult& effect : d.effects) {
-    if (!effect.tied_with.empty() && !effect.experiment.empty())
-      return fmt::format(" To tell {} from {}: {}.", effect.name, effect.experiment_excludes, effect.experiment);
+    const Rival* const tie = effect.main_tie();
+    const std::string experiment = tie != nullptr ? tie->separating_experiment(*effect.found->candidate) : "";
+    if (!experiment.empty())
+      return fmt::format(" To tell {} from {}: {}.", effect.name, tie->candidate->name(), experiment);
   }
   return "";
 }
@@ -134,7 +135,7 @@ std::string with_ties(const EffectResult& effect) {
   std::vector<std::string> own;
   std::string together;
   bool reported = false;
-  for (const Rival& rival : effect.rivals) {
+  for (const Rival& rival : effect.rivals()) {
     if (!rival.tied) continue;
     if (!rival.of_several())
       own.push_back(text_of(rival));
@@ -157,9 +158,9 @@ Names names_of(const Diagnosis& d) {
   Names names;
   std::vector<const EffectResult*> added;
   for (const EffectResult& effect : d.effects) {
-    if (effect.change == "added") added.push_back(&effect);
+    if (effect.found != nullptr) added.push_back(&effect);
   }
-  std::ranges::stable_sort(added, std::greater<>{}, &EffectResult::gain);
+  std::ranges::stable_sort(added, std::greater<>{}, [](const EffectResult* effect) { return effect->found->gain; });
   for (const EffectResult* effect : added) {
     const std::string text = with_ties(*effect);
     if (text.empty()) continue;
@@ -196,6 +197,22 @@ std::string outcome(const Diagnosis& d) {
 
 }  // namespace
 
+const Rival* EffectResult::main_tie() const {
+  const Rival* main = nullptr;
+  for (const Rival& rival : rivals()) {
+    if (rival.tied && (main == nullptr || rival.of_several())) main = &rival;
+  }
+  return main;
+}
+
+std::vector<std::string> Diagnosis::notes_on(NoteOn section) const {
+  std::vector<std::string> texts;
+  for (const Note& note : notes) {
+    if (note.on == section) texts.push_back(note.text);
+  }
+  return texts;
+}
+
 std::string_view verdict_name(Verdict verdict) {
   constexpr std::array<std::string_view, 5> names = {"unknown", "named_with_rest", "tie", "named", "nothing_found"};
   return names[static_cast<std::size_t>(verdict)];
@@ -210,11 +227,8 @@ std::string summary(const Diagnosis& d) {
     text += fmt::format(" {} more conditions are wrong in the same way, see the notes.", misplaced.size() - reported);
   if (d.contrast && d.contrast->profile_is_off())
     text += fmt::format(" The profile's contrast is wrong: {:.3g}, these taps show {}.", d.contrast->profile,
-                        d.contrast->text());
-  if (d.search.is_given)
-    text += fmt::format(" The given model is written unchanged: {}.", d.search.not_better);
-  else if (!d.search.not_better.empty())
-    text += fmt::format(" A larger model was found and is not written: {}.", d.search.not_better);
+                        text_of(*d.contrast));
+  if (const std::string note = note_on_not_written(d.search); !note.empty()) text += " " + note;
   if (d.search.time_expired)
     text += fmt::format(" The time limit of {} ended the search.", config::format_quantity(d.time_limit, "s"));
   return text;

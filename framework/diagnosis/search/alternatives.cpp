@@ -18,12 +18,7 @@ namespace {
 /// Values of a nonlinear parameter that is not an angle. @param many more values, if it is the only one of an effect
 std::vector<double> range(const FreeParameter& nonlinear, bool many) {
   static constexpr double all[] = {0.1, 0.2, 0.4, 0.7, 1, 1.5, 2.5, 5}, few[] = {0.3, 1, 3};
-  std::vector<double> values;
-  for (const double factor : many ? std::span<const double>(all) : std::span<const double>(few)) {
-    const double value = std::clamp(factor * nonlinear.typical, nonlinear.minimum, nonlinear.maximum);
-    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
-  }
-  return values;
+  return nonlinear.multiples(many ? std::span<const double>(all) : std::span<const double>(few));
 }
 
 /// All combinations of nonlinear values of some parameters; amplitudes off, angles zero or as near as bounds allow.

@@ -48,11 +48,11 @@ BoardTrial BoardFlatnessSearch::trial_for(const State& state) {
 }
 
 /// Fits boards and effects once. @returns true if there are boards, and both together fit better
-bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
+bool BoardFlatnessSearch::refit_once(ModelFit& fit, bool unsure) const {
   const double before = deviance_with_boards(fit);
   if (!fit.state.nuisances.boards) return false;
   BoardTrial boards = shapes_->trial(task_.problem, fit.state);
-  fit.state.nuisances.boards = boards.sure || accept_unsure_ ? std::move(boards.boards) : nullptr;
+  fit.state.nuisances.boards = boards.sure || unsure ? std::move(boards.boards) : nullptr;
   fit = with_jacobian(task_.problem, fit_with_maps(task_.problem, fit.state));
   return before - deviance_with_boards(fit) >= settings.board_converged;
 }
@@ -60,19 +60,19 @@ bool BoardFlatnessSearch::refit_once(ModelFit& fit) const {
 /// Boards and effects with similar signatures would converge slowly: after two steps the values are extrapolated from
 /// the difference of the steps (SQUAREM, R. Varadhan and C. Roland, Scandinavian Journal of Statistics 35, 2008, scheme
 /// S3), and restored if the extrapolation went too far.
-ModelFit BoardFlatnessSearch::refit(ModelFit fit) {
+ModelFit BoardFlatnessSearch::refit(ModelFit fit, bool unsure) const {
   for (int round = 0; round < settings.board_max_rounds; ++round) {
     const Eigen::VectorXd start = steady_values(fit.state);
-    if (!refit_once(fit)) return fit;
+    if (!refit_once(fit, unsure)) return fit;
     const Eigen::VectorXd first = steady_values(fit.state);
-    if (!refit_once(fit)) return fit;
+    if (!refit_once(fit, unsure)) return fit;
     const Eigen::VectorXd second = steady_values(fit.state), step = first - start, bend = second - first - step;
     if (!(bend.norm() > 0) || !(step.norm() > bend.norm())) continue;  // converges without extrapolation
     const double length = step.norm() / bend.norm();
     ModelFit farther = fit;
     try {
       farther.state = with_steady_values(fit.state, start + 2 * length * step + length * length * bend);
-      refit_once(farther);
+      refit_once(farther, unsure);
       if (deviance_with_boards(farther) <= deviance_with_boards(fit)) fit = std::move(farther);
     } catch (const simulation::EffectError&) {  // too far: the fit is kept
     }

@@ -27,10 +27,7 @@ template <class T> std::vector<T> thinned(const std::vector<T>& levels, std::siz
 }
 
 std::vector<double> distances_of(const Design& design) {
-  std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) {
-    if (!c.is_capped()) levels.insert(c.board_distance);
-  }
+  const std::set<double> levels = design.levels(&io::Condition::board_distance);
   std::vector<double> all(levels.begin(), levels.end());
   for (std::size_t k = 0; k + 1 < levels.size(); ++k) all.push_back((all[k] + all[k + 1]) / 2);
   std::ranges::sort(all);
@@ -73,10 +70,7 @@ class Reach {
 
 /// Some of the integration times of the campaign's boards, s. @returns ascending
 std::vector<double> measured_times(const Design& design) {
-  std::set<double> levels;
-  for (const io::Condition& c : design.conditions()) {
-    if (!c.is_capped()) levels.insert(c.integration_time);
-  }
+  const std::set<double> levels = design.levels(&io::Condition::integration_time);
   return thinned(std::vector(levels.begin(), levels.end()), max_times);
 }
 
@@ -142,9 +136,7 @@ std::vector<io::Condition> targets_of(const Problem& problem, std::span<const do
   const auto& conditions = problem.design.conditions();
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     if (!problem.design.shows_board(i)) continue;
-    const int t = problem.target[i];
-    const double ln = t < 0 ? 0 : light[static_cast<std::size_t>(t)];
-    const std::pair here(std::log(pose_of(conditions[i]).reflectivity) + ln, i);
+    const std::pair here(std::log(pose_of(conditions[i]).reflectivity) + log_reflectivity_of(problem, light, i), i);
     const auto [known, first] = brightness.try_emplace(conditions[i].target, here);
     if (!first && is_plain(conditions[i]) && !is_plain(conditions[known->second.second])) known->second = here;
   }
@@ -230,8 +222,7 @@ NoiseLaw::NoiseLaw(const Problem& problem, std::span<const double> light) {
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
     for (std::size_t i = 0; i < problem.data.size(); ++i) {
       if (!problem.design.shows_board(i)) continue;
-      const int t = problem.target[i];
-      const double factor = t < 0 ? 1 : std::exp(light[static_cast<std::size_t>(t)]);
+      const double factor = std::exp(log_reflectivity_of(problem, light, i));
       for (std::size_t s = 0; s < n; ++s) {
         const double variance = problem.data[i].variance[o * n + s];
         if (!std::isfinite(variance)) continue;

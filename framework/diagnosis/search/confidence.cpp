@@ -71,12 +71,12 @@ Confidence confidence(const Problem& problem, const std::vector<Term>& model,
   for (std::size_t k = 0; k < cases; ++k) {
     // The turn does not depend on the files, because other ranks and runs write them at the same time.
     const bool mine = division.shard.has(k) && turn++ % ranks.size() == ranks.rank();
-    if (const auto before = division.load ? division.load(k) : std::nullopt) {
+    if (const auto before = division.files.load(k)) {
       outcomes[k] = *before;
     } else if (mine) {
       if (progress) progress(fmt::format("injecting case {} of {}", k + 1, cases));
       outcomes[k] = search_case(k);
-      if (division.save) division.save(k, outcomes[k]);
+      if (!division.shard.is_whole()) division.files.save(k, outcomes[k]);
     }
   }
   for (const std::string& text : ranks.gather(text_of(outcomes))) add_cases(text, outcomes);

@@ -12,7 +12,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,11 +30,12 @@ struct CaseOutcome {
   bool right = false;  ///< correctly; if nothing was found: nothing was injected
 };
 
+class CaseFiles;
+
 /// Division of the cases among runs. A case depends on its number only, not on the number of cases.
 struct CaseDivision {
-  config::Shard shard;                                          ///< cases searched in this run
-  std::function<std::optional<CaseOutcome>(std::size_t)> load;  ///< outcome of an earlier search; may be empty
-  std::function<void(std::size_t, const CaseOutcome&)> save;    ///< called after each search; may be empty
+  config::Shard shard;     ///< cases searched in this run
+  const CaseFiles& files;  ///< outcomes of earlier searches, to which a shard adds its own
 };
 
 /// Injects in turn nothing and each effect that is visible at its typical value according to the audit, with the
@@ -44,7 +44,7 @@ struct CaseDivision {
 /// @param found state whose reflectivities and variances are used; its effects beyond the model are not injected
 Confidence confidence(const Problem& problem, const std::vector<Term>& model,
                       const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
-                      std::size_t cases, SearchOptions options, const CaseDivision& division = {});
+                      std::size_t cases, SearchOptions options, const CaseDivision& division);
 
 // ---- Campaigns with known truth ----
 

@@ -42,9 +42,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
     prediction.before(fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state);
     result.state = selection.best().state;
     if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
-    std::shared_ptr<const SmoothField> smooth_field = result.state.nuisances.smooth_field;
-    if (smooth_field) smooth_field = std::make_shared<const SmoothField>(SmoothField(held.data), smooth_field->sd());
-    prediction.after(result.state, std::move(smooth_field));
+    prediction.after(result.state, with_data(result.state.nuisances.smooth_field, held.data));
     for (const ModelTerm& addition : selection.additions()) {
       if (addition.refinement) continue;
       const std::string name = selection.terms()[addition.term].candidate->name();
@@ -84,8 +82,6 @@ template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uin
   return {values[settings.gap_interval_draws / 40],
           values[settings.gap_interval_draws - 1 - settings.gap_interval_draws / 40]};
 }
-
-double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
 
 }  // namespace
 
@@ -135,10 +131,16 @@ bool FoldResult::chose(const std::vector<std::string>& names) const {
   return std::ranges::any_of(chosen, [&](const auto& name) { return std::ranges::find(names, name) != names.end(); });
 }
 
-FoldResult::Gap FoldResult::gap(std::size_t o) const {
-  double before = 0, after = 0, count = 0;
-  for (const OutOfFold& c : conditions) before += c.before[o], after += c.after[o], count += c.count[o];
-  return {root_mean(before, count), root_mean(after, count)};
+HeldOutGap FoldResult::gap() const {
+  GapSums sums;
+  sums.add(conditions);
+  return sums.gap();
+}
+
+HeldOutGap CrossFit::gap() const {
+  GapSums sums;
+  for (const FoldResult& fold : folds) sums.add(fold.conditions);
+  return sums.gap();
 }
 
 double CrossFit::chosen_fraction(const std::vector<std::string>& names) const {
@@ -149,21 +151,22 @@ double CrossFit::chosen_fraction(const std::vector<std::string>& names) const {
 
 CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
   Sums of_clusters;  // sums of squares, and their number
-  double before = 0, after = 0, count = 0;
+  GapSums all;
   for (const FoldResult& fold : folds) {
     if (!setting.empty() && fold.fold.setting != setting) continue;
     for (const OutOfFold& c : fold.conditions) {
       add(of_clusters[clusters[c.condition]], {c.after[o], c.count[o]});
-      before += c.before[o], after += c.after[o], count += c.count[o];
+      all.add(c, o);
     }
   }
-  if (!(count > 0)) return {NAN, NAN, NAN, NAN};
-  const auto [low, high] =
-      drawn(of_clusters, seed, [&](const std::array<double, 2>& sums) { return root_mean(sums[0], sums[1]); });
-  return {root_mean(before, count), root_mean(after, count), low, high};
+  if (!(all.count > 0)) return {};
+  const auto [low, high] = drawn(of_clusters, seed, [&](const std::array<double, 2>& sums) {
+    return GapSums{0, sums[0], sums[1]}.gap().after;
+  });
+  return {all.gap().before, all.gap().after, low, high};
 }
 
-CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) const {
+CrossFit::GapOfNames CrossFit::gap_with_only(std::span<const std::string> names) const {
   const auto pure = [&](const FoldResult& fold) {
     return fold.failed.empty() && !fold.chosen.empty() &&
            std::ranges::all_of(fold.chosen,
@@ -172,20 +175,18 @@ CrossFit::Depth CrossFit::depth_with_only(std::span<const std::string> names) co
   const auto chose_any = [](const FoldResult& fold) { return !fold.chosen.empty(); };
   const bool most =
       2 * std::ranges::count_if(folds, pure) >= std::max<std::ptrdiff_t>(1, std::ranges::count_if(folds, chose_any));
-  double before = 0, after = 0, count = 0;
+  GapSums sums;
   for (const FoldResult& fold : folds) {
-    if (most && !pure(fold)) continue;
-    for (const OutOfFold& c : fold.conditions)
-      before += c.before[distance], after += c.after[distance], count += c.count[distance];
+    if (!most || pure(fold)) sums.add(fold.conditions);
   }
-  return {std::sqrt(before / count), std::sqrt(after / count), most};
+  return {sums.gap(), most};
 }
 
 HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
                                            std::uint64_t seed) {
   Sums conditions;  // chi-squares without and with the effect
   HeldOutImprovement improvement;
-  double depth_without = 0, depth_with = 0, count = 0;
+  GapSums refitted;  // without the effect, and with it
   std::vector<double> taken_out_of_each, with_of_each;
   // If a fold chose two similar effects, removing one of them does not show what both contribute.
   const auto single = [&](const FoldResult& fold) {
@@ -198,7 +199,7 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
     ++improvement.folds;
     if (any && !single(fold)) continue;
     improvement.folds_alone += any ? 1 : 0;
-    double taken_out = 0, known = 0;
+    GapSums taken_out;  // only before
     for (const OutOfFold& c : fold.conditions) {
       const auto name = std::ranges::find_if(names, [&](const std::string& one) { return c.without.contains(one); });
       if (name == names.end()) continue;
@@ -207,40 +208,35 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
       improvement.without += less.chi;
       improvement.with += c.chi_after;
       improvement.seen += less.seen;
-      depth_without += less.depth;
-      depth_with += c.after[distance];
-      taken_out += less.taken_out;
-      known += c.count[distance];
+      refitted.before += less.depth;
+      refitted.after += c.after[distance];
+      taken_out.before += less.taken_out;
+      taken_out.count += c.count[distance];
     }
-    count += known;
-    if (!(known > 0)) continue;
-    taken_out_of_each.push_back(root_mean(taken_out, known));
-    with_of_each.push_back(fold.gap(distance).after);
+    refitted.count += taken_out.count;
+    if (!(taken_out.count > 0)) continue;
+    taken_out_of_each.push_back(taken_out.gap().before);
+    with_of_each.push_back(fold.gap().after);
   }
   if (conditions.empty()) return improvement;
-  improvement.depth_without = std::sqrt(depth_without / count);
+  const auto [without, with] = refitted.gap();
+  improvement.gap_refitted_without = without, improvement.gap_with = with;
   if (!taken_out_of_each.empty()) {
     improvement.median_taken_out = physics::median(taken_out_of_each);
     improvement.median_with = physics::median(with_of_each);
   }
-  improvement.depth_with = std::sqrt(depth_with / count);
   improvement.low = drawn(conditions, seed, [](const std::array<double, 2>& sums) { return sums[0] - sums[1]; }).first;
   return improvement;
 }
 
-std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions, std::size_t observable) {
-  std::vector<ConditionGap> sums(conditions);
-  std::vector<double> count(conditions, 0);
+std::vector<HeldOutGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions) {
+  std::vector<GapSums> sums(conditions);
   for (const FoldResult& fold : cross_fit.folds) {
-    for (const OutOfFold& c : fold.conditions) {
-      sums[c.condition].before += c.before[observable];
-      sums[c.condition].after += c.after[observable];
-      count[c.condition] += c.count[observable];
-    }
+    for (const OutOfFold& c : fold.conditions) sums[c.condition].add(c, distance);
   }
-  for (std::size_t i = 0; i < conditions; ++i)
-    sums[i] = {root_mean(sums[i].before, count[i]), root_mean(sums[i].after, count[i])};
-  return sums;
+  std::vector<HeldOutGap> gaps;
+  for (const GapSums& one : sums) gaps.push_back(one.gap());
+  return gaps;
 }
 
 namespace {

@@ -11,9 +11,7 @@
 #include "diagnosis/search/folds.hpp"
 #include "diagnosis/search/selection.hpp"
 
-#include <array>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,10 +28,8 @@ struct FoldResult {
 
   /// True if one of these was chosen.
   bool chose(const std::vector<std::string>& names) const;
-  struct Gap {
-    double before = 0, after = 0;  ///< root mean square over superpixels, SI; NaN: unknown
-  };
-  Gap gap(std::size_t observable) const;
+  /// Distance gap, m.
+  HeldOutGap gap() const;
 };
 
 /// Chi-square covers all observables: a gain in others must not increase the distance gap by more than 5 % and 0.1 mm.
@@ -54,58 +50,54 @@ struct CrossFit {
   std::vector<std::size_t> clusters;  ///< clusters_of() the design
 
   bool empty() const { return folds.empty(); }
-  /// Share of the folds that chose an effect, or one tied with it; a fold that failed counts as not choosing it.
-  /// @param names of the effect and those tied with it
+  /// Share of the folds that chose one of these; a fold that failed counts as not choosing it.
+  /// @param names of an effect and of rivals that explain as much, see EffectFinding::names()
   double chosen_fraction(const std::vector<std::string>& names) const;
-  /// Root mean square over superpixels, SI, with the ends of its 95 % interval over clusters.
+  /// Distance gap of all folds, m.
+  HeldOutGap gap() const;
+  /// A gap with the ends of the 95 % interval of `after`, over clusters.
   struct Gap {
-    double before = 0, after = 0, low = 0, high = 0;
+    double before = NAN, after = NAN, low = NAN, high = NAN;
   };
   /// @param setting of the folds that count; "": all folds
   Gap gap(std::size_t observable, const std::string& setting, std::uint64_t seed) const;
-  struct Depth {
-    double before = 0, after = 0;  ///< root mean squares, m
-    bool alone = true;             ///< true: only of folds that chose some of these effects and no others, if most did
+  struct GapOfNames {
+    HeldOutGap gap;     ///< of the distance, m
+    bool alone = true;  ///< true: only of folds that chose some of these effects and no others, if most did
   };
-  Depth depth_with_only(std::span<const std::string> names) const;
+  GapOfNames gap_with_only(std::span<const std::string> names) const;
 };
 
 /// @param folds conditions to hold out @param data of the whole design
-/// @param asked names of each tested effect, its own first, then those tied with it: once none of them can pass,
-/// because too many folds did without it or predicted worse with it, the remaining folds are skipped
+/// @param asked names of each tested effect, see EffectFinding::names(): once none of them can pass, because too many
+/// folds did without it or predicted worse with it, the remaining folds are skipped
 /// @param known results of the first folds for the same data, model, candidates and options; not searched again
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked = {},
                    std::vector<FoldResult> known = {});
 
-/// Improvement by an effect, or by one tied with it, on held-out data: chi-square without it and with it, over the
-/// conditions of all folds that chose it.
+/// Improvement by an effect, or by a rival that explains as much, on held-out data: chi-square without it and with it,
+/// over the conditions of all folds that chose it.
 struct HeldOutImprovement {
   double without = 0, with = 0, seen = 0;  ///< chi-squares; `seen`: of the change by the effect
   double low = 0;                          ///< lower end of the 95 % interval of without - with, over conditions
-  double depth_without = std::numeric_limits<double>::quiet_NaN();  ///< root mean squares, m; NaN: in no fold
-  double depth_with = std::numeric_limits<double>::quiet_NaN();
+  double gap_refitted_without = NAN, gap_with = NAN;  ///< of the distance, m; NaN: in no fold
   /// Median over folds of the root mean squares, m: effect removed with all else unchanged, and with it. In a single
   /// fold two effects may compensate each other, so that one without the other is far off.
-  double median_taken_out = std::numeric_limits<double>::quiet_NaN();
-  double median_with = std::numeric_limits<double>::quiet_NaN();
+  double median_taken_out = NAN, median_with = NAN;
   std::size_t folds_alone = 0, folds = 0;  ///< folds that chose exactly one of the names; folds that chose any
 
   bool is_significant() const { return low > 0; }
   bool is_worse() const { return seen >= settings.min_harm_chi_square && without <= with; }
 };
-/// @param names of the effect first, then those tied with it
+/// @param names see EffectFinding::names()
 HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std::vector<std::string>& names,
                                            std::uint64_t seed);
 
-/// Root mean squares over a condition's superpixels and over the folds that hold it out, SI (distances as depths). NaN:
-/// unknown.
-struct ConditionGap {
-  double before = 0, after = 0;
-};
-/// Gaps, one per condition. @param conditions number of conditions of the whole design
-std::vector<ConditionGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions, std::size_t observable);
+/// Distance gaps over the folds that hold a condition out, m, one per condition.
+/// @param conditions number of conditions of the whole design
+std::vector<HeldOutGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t conditions);
 
 // ---- Sets of effects on which folds agree and which the model of all data lacks ----
 

@@ -69,6 +69,16 @@ ModelDistance between(const Problem& problem, const Column& data, const State& o
   return result;
 }
 
+/// True if two questions begin with the same model.
+bool begin_alike(const Question& first, const Question& second) {
+  const auto same_term = [](const Term& one, const Term& other) {
+    return one.candidate == other.candidate && one.values == other.values && one.maps == other.maps;
+  };
+  return std::ranges::equal(first.one.terms, second.one.terms, same_term) &&
+         first.one.log_reflectivity == second.one.log_reflectivity &&
+         (first.information_of_one.size() > 0) == (second.information_of_one.size() > 0);
+}
+
 }  // namespace
 
 Eigen::MatrixXd information_matrix(const Problem& problem, const State& state) {
@@ -93,35 +103,28 @@ Eigen::MatrixXd information_matrix(const Problem& problem, const State& state) {
   }
 }
 
-QuestionLinearisation linearise_question(const Problem& problem, const Question& question,
-                                         const ConditionNuisances& nuisances) {
-  QuestionLinearisation result{question.one, {}, {}};
-  result.one.nuisances = nuisances;
-  result.one.precomputed = {};
-  update_reflectivity_jacobian(problem, result.one);
-  result.rows = expected(problem, result.one);
-  if (question.information_of_one.size() > 0) result.columns = columns_of(problem, result.one, result.rows);
-  return result;
+void QuestionDistances::linearise_first(const Question& question) {
+  last_ = nullptr;
+  first_ = question.one;
+  first_.nuisances = nuisances_;
+  first_.precomputed = {};
+  update_reflectivity_jacobian(problem_, first_);
+  rows_ = expected(problem_, first_);
+  columns_.clear();
+  if (question.information_of_one.size() > 0) columns_ = columns_of(problem_, first_, rows_);
+  last_ = &question;
 }
 
-bool begin_alike(const Question& first, const Question& second) {
-  const auto same_term = [](const Term& one, const Term& other) {
-    return one.candidate == other.candidate && one.values == other.values && one.maps == other.maps;
-  };
-  return std::ranges::equal(first.one.terms, second.one.terms, same_term) &&
-         first.one.log_reflectivity == second.one.log_reflectivity &&
-         (first.information_of_one.size() > 0) == (second.information_of_one.size() > 0);
-}
-
-ModelDistance model_distance(const Problem& problem, const QuestionLinearisation& first, const Question& question) {
-  const State other = comparable_with(first.one, question.other);
-  State one = first.one;
+ModelDistance QuestionDistances::of(const Question& question) {
+  if (last_ == nullptr || !begin_alike(*last_, question)) linearise_first(question);
+  const State other = comparable_with(first_, question.other);
+  State one = first_;
   one.random_sd = question.one.random_sd;
-  const auto rows = expected(problem, other);
+  const auto rows = expected(problem_, other);
   std::vector<Column> columns;
-  if (question.information_of_other.size() > 0) columns = columns_of(problem, other, rows);
-  ModelDistance nearer = between(problem, first.rows, other, rows, columns, question.information_of_other);
-  ModelDistance back = between(problem, rows, one, first.rows, first.columns, question.information_of_one);
+  if (question.information_of_other.size() > 0) columns = columns_of(problem_, other, rows);
+  ModelDistance nearer = between(problem_, rows_, other, rows, columns, question.information_of_other);
+  ModelDistance back = between(problem_, rows, one, rows_, columns_, question.information_of_one);
   for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
     if (!(back.sigma[i] < nearer.sigma[i])) continue;
     nearer.sigma[i] = back.sigma[i];
@@ -165,7 +168,7 @@ std::vector<Question> blind_questions(const Problem& problem, const State& state
                                       const Candidate& candidate) {
   std::vector<Question> questions;
   const auto rows = expected(problem, state);
-  const std::vector<double> start = probes_of(candidate.free()).front();
+  const std::vector<double> start = starts_of_nonlinear(candidate.free()).front();
   for (std::size_t k = 0; k < start.size(); ++k) {
     const FreeParameter& p = candidate.free()[k];
     if (p.nonlinear) continue;
@@ -231,17 +234,13 @@ std::optional<Question> value_question(const Problem& problem, const State& stat
 Question tie_question(const Problem& problem, const State& state, const Eigen::MatrixXd& information,
                       const EffectFinding& found, const Rival& rival) {
   const State other = comparable_with(state, rival.state);
-  Question question{{found.name, rival.candidate->name()},
-                    state,
-                    other,
-                    (rival.of_several() ? rival.candidate : found.candidate)->border().experiment,
-                    information};
+  Question question{
+      {found.name, rival.candidate->name()}, state, other, rival.separating_experiment(*found.candidate), information};
   if (rival.undetermined) {  // if the parameter is free the two may be equal everywhere, so it gets its typical value
-    const auto term =
-        std::ranges::find(other.terms, rival.candidate->name(), [](const Term& one) { return one.candidate->name(); });
+    const std::size_t term = term_of(other, *rival.candidate);
     try {
-      Held held = held_at(problem, other, static_cast<std::size_t>(term - other.terms.begin()), *rival.undetermined,
-                          term->candidate->free()[*rival.undetermined].typical);
+      Held held = held_at(problem, other, term, *rival.undetermined,
+                          other.terms[term].candidate->free()[*rival.undetermined].typical);
       question.other = std::move(held.state);
       question.information_of_other = std::move(held.information);
       return question;

@@ -33,7 +33,7 @@ std::string held_out_failure(const EffectFinding& found, const CrossFit& cross_f
   if (!found.improvement.is_significant())
     return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",
                        found.improvement.without, found.improvement.with);
-  return gap_worsened(found.improvement.depth_without, found.improvement.depth_with, "it");
+  return gap_worsened(found.improvement.gap_refitted_without, found.improvement.gap_with, "it");
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ bool EffectTests::drop_worst_failing() {
   const PatternScan with_all = findings_.finder.find(selection.best());
   for (const ModelTerm& addition : all) {
     selection.task().report_progress(fmt::format("checking {}", name_of(selection.terms()[addition.term], addition)));
-    EffectFinding now = evaluate_term(addition, with_all, is_confirmed(addition));
+    EffectFinding now = test_on_all_data(addition, with_all, is_confirmed(addition));
     findings_.note({"questioned",
                     {now.name},
                     {{"gain", now.gain}, {"p_value", now.p_value}, {"capture", now.explained_fraction}},
@@ -141,9 +141,10 @@ double EffectTests::chance(const ModelFit& less, const Score& score) const {
   return chance_of(score, all, groups, findings_.options().seed);
 }
 
-/// Tests a addition of the best model against the model without it; the refutation is empty if it passes.
+/// Tests an addition of the best model against the model without it; the refutation is empty if it passes.
 /// @param with_it patterns of the best model @param confirmed true: cross-fitting has confirmed it
-EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const {
+EffectFinding EffectTests::test_on_all_data(const ModelTerm& addition, const PatternScan& with_it,
+                                            bool confirmed) const {
   const ModelFit &best = findings_.best(), &less = findings_.selection.without(addition);
   const Term& term = best.state.terms[addition.term];
   EffectFinding found;
@@ -174,8 +175,8 @@ EffectFinding EffectTests::evaluate_term(const ModelTerm& addition, const Patter
     found.refutation = fmt::format("chance may do as much (p = {:.3f})", found.p_value);
   } else if (max_normalised_rms(findings_.problem(), group.columns[0]) <= 1 &&
              !(nothing_left && lack_of_fit(findings_.problem(), less) >= settings.explained)) {
-    found.refutation = "what it changes is too small to matter";  // unless needed: without it the data are unexplained,
-                                                                  // with it explained
+    // A small change matters if without it the data are unexplained and with it explained.
+    found.refutation = "what it changes is too small to matter";
   } else if (found.explained_fraction <
              (confirmed ? settings.min_explained_fraction_confirmed : settings.min_explained_fraction)) {
     found.refutation =
@@ -234,7 +235,7 @@ bool EffectTests::follow_folds() {
   return false;
 }
 
-void EffectTests::weigh(EffectFinding& finding) const {
+void EffectTests::set_held_out_results(EffectFinding& finding) const {
   const CrossFit& cross_fit = findings_.result.cross_fit;
   if (cross_fit.empty()) return;
   finding.chosen = cross_fit.chosen_fraction(finding.names());
@@ -245,14 +246,14 @@ void EffectTests::weigh(EffectFinding& finding) const {
 bool EffectTests::is_confirmed(const ModelTerm& addition) const {
   if (addition.refinement || findings_.result.cross_fit.empty()) return false;
   EffectFinding finding{.name = findings_.selection.terms()[addition.term].candidate->name()};
-  weigh(finding);
+  set_held_out_results(finding);
   return held_out_failure(finding, findings_.result.cross_fit).empty();
 }
 
 /// True if held-out data confirm all effects found, by their present names.
 bool EffectTests::all_confirmed() const {
   const bool each = std::ranges::all_of(findings_.result.found, [&](EffectFinding finding) {
-    weigh(finding);
+    set_held_out_results(finding);
     return held_out_failure(finding, findings_.result.cross_fit).empty();
   });
   return each && why_not_together().empty();
@@ -263,16 +264,16 @@ std::string EffectTests::why_not_together() const {
   std::vector<std::string> names;
   for (const EffectFinding& finding : findings_.result.found)
     std::ranges::copy(finding.names(), std::back_inserter(names));
-  const CrossFit::Depth depth = findings_.result.cross_fit.depth_with_only(names);
-  const std::string why = gap_worsened(depth.before, depth.after, "what was found");
-  return why.empty() || depth.alone ? why : "most folds chose others beside it, and with these " + why;
+  const auto [gap, alone] = findings_.result.cross_fit.gap_with_only(names);
+  const std::string why = gap_worsened(gap.before, gap.after, "what was found");
+  return why.empty() || alone ? why : "most folds chose others beside it, and with these " + why;
 }
 
 bool EffectTests::drop_unconfirmed() {
   if (findings_.result.cross_fit.empty()) return false;
   if (!findings_.result.time_expired && !all_confirmed()) findings_.compare_with_rivals();
   const bool changed = findings_.drop_refuted([&](EffectFinding& finding) {
-    weigh(finding);
+    set_held_out_results(finding);
     std::string why = held_out_failure(finding, findings_.result.cross_fit);
     findings_.note({"proved",
                     {finding.name},

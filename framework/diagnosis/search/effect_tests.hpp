@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
 /// Tests of selected effects, on the data that they were selected on and on held-out data. A new test of an effect is
-/// one more condition in EffectTests::evaluate_term (all data) or in held_out_failure() (held-out data).
+/// one more condition in EffectTests::test_on_all_data (all data) or in held_out_failure() (held-out data).
 #pragma once
 
 #include "diagnosis/search/findings.hpp"
@@ -26,13 +26,14 @@ class EffectTests {
   /// better. @returns true if one was accepted
   bool follow_folds();
   /// Drops effects that held-out data do not confirm, each alone; those that pass alone must also pass together, in the
-  /// folds that chose nothing else if these are the majority. @returns true if an effect was dropped
+  /// folds that chose nothing else if these are the majority; if they fail together, all are dropped.
+  /// @returns true if an effect was dropped
   bool drop_unconfirmed();
   /// Sets a finding's share of folds and improvement on held-out data, from all its names.
-  void weigh(EffectFinding& finding) const;
+  void set_held_out_results(EffectFinding& finding) const;
 
  private:
-  EffectFinding evaluate_term(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const;
+  EffectFinding test_on_all_data(const ModelTerm& addition, const PatternScan& with_it, bool confirmed) const;
   double explained_fraction(const ModelFit& less, const PatternScan& with_it, double gain) const;
   double chance(const ModelFit& less, const Score& score) const;
   bool drop_worst_failing();

@@ -173,7 +173,19 @@ double square_of(const Gram& gram, Eigen::Index column, const RandomEffectSd& ra
   return marginal(gram, random_sd, determinant)(column, column);
 }
 
+double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
+
 }  // namespace
+
+void GapSums::add(const OutOfFold& one, std::size_t observable) {
+  before += one.before[observable], after += one.after[observable], count += one.count[observable];
+}
+
+void GapSums::add(std::span<const OutOfFold> conditions) {
+  for (const OutOfFold& one : conditions) add(one, distance);
+}
+
+HeldOutGap GapSums::gap() const { return {root_mean(before, count), root_mean(after, count)}; }
 
 Prediction::Prediction(const FoldProblem& held, const Fold& fold) : held_(held) {
   for (const std::size_t i : fold.held) conditions_.push_back({.condition = i});
@@ -222,19 +234,8 @@ State Prediction::carried(const State& state) const {
   constexpr int rounds = 3;  // repeated because light that is not the board's responds differently
   for (int round = 0; round < rounds; ++round) {
     const auto rows = expected(to, result);
-    const std::size_t n = to.design.superpixels();
-    for (std::size_t t = state.log_reflectivity.size(); t < to.targets.size(); ++t) {
-      double sum = 0, count = 0;
-      for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (to.target[i] != static_cast<int>(t)) continue;
-        for (std::size_t row = amplitude * n; row < (amplitude + 1) * n; ++row) {
-          if (std::isinf(to.data[i].variance[row])) continue;
-          sum += to.data[i].value[row] - rows[i][row];
-          ++count;
-        }
-      }
-      if (count > 0) result.log_reflectivity[t] += sum / count;
-    }
+    for (std::size_t t = state.log_reflectivity.size(); t < to.targets.size(); ++t)
+      result.log_reflectivity[t] += mean_log_amplitude(to, t, rows);
   }
   return result;
 }
@@ -247,13 +248,11 @@ Rows Prediction::predict(const State& state) {
 
 /// Sums of squares of a condition; sets its count.
 std::array<double, observables> Prediction::summed(const std::vector<double>& rows, std::size_t i) {
-  const std::size_t n = held_.design.superpixels();
   std::array<double, observables> squares{};
   conditions_[i].count = {};
   if (!held_.design.shows_board(i)) return squares;  // a capped lens has no gap
   for (std::size_t o = 0; o < observables; ++o) {
-    for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-      if (std::isinf(held_.data[i].variance[row])) continue;
+    for (const std::size_t row : held_.problem.known_rows(i, o)) {
       squares[o] += std::pow(held_.problem.shown_scale(o, i, row) * (held_.data[i].value[row] - rows[row]), 2);
       ++conditions_[i].count[o];
     }

@@ -7,9 +7,11 @@
 #include "diagnosis/model/fit.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -74,6 +76,21 @@ struct OutOfFold {
   std::map<std::string, Less> without;  ///< models with one effect less, fitted without it
 };
 
+/// Gaps of the given and the fitted model: root mean squares over superpixels, SI, of depth in m; NaN: unknown.
+struct HeldOutGap {
+  double before = NAN, after = NAN;
+};
+
+/// Sums over held-out conditions, see OutOfFold.
+struct GapSums {
+  double before = 0, after = 0, count = 0;
+
+  void add(const OutOfFold& one, std::size_t observable);
+  /// Adds the distances of conditions.
+  void add(std::span<const OutOfFold> conditions);
+  HeldOutGap gap() const;
+};
+
 /// Predicts with everything fixed; the reflectivity of a new target is estimated from amplitudes, never from distances.
 /// To be called in this order: before(), after(), then without() for each effect.
 class Prediction {
@@ -98,7 +115,7 @@ class Prediction {
 
   const FoldProblem& held_;
   std::vector<OutOfFold> conditions_;
-  State there_;  ///< last predicted state, in the held-out conditions
+  State there_;  ///< last predicted state, in the held-out conditions; its nuisances are carried to the next one
   Rows after_;
   RandomEffectSd random_sd_;
 };

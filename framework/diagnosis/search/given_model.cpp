@@ -39,13 +39,7 @@ bool chose_these(const FoldResult& fold, const std::vector<std::string>& names) 
 
 /// A model as a start for some conditions: reflectivities of their targets, and variances.
 State start_on(const Problem& part, const Problem& whole, State model) {
-  std::vector<double> light = first_log_reflectivity(part);
-  for (std::size_t t = 0; t < part.targets.size(); ++t) {
-    const auto known = std::ranges::find(whole.targets, part.targets[t]);
-    const auto at = static_cast<std::size_t>(known - whole.targets.begin());
-    if (at < model.log_reflectivity.size()) light[t] = model.log_reflectivity[at];
-  }
-  model.log_reflectivity = std::move(light);
+  model.log_reflectivity = log_reflectivity_from(whole, model, part, first_log_reflectivity(part));
   return model;
 }
 
@@ -56,8 +50,7 @@ ConditionNuisances condition_nuisances_of(const ConditionNuisances& whole, const
   for (const std::size_t i : chosen) {
     if (!whole.jitter_scale.empty()) some.jitter_scale.push_back(whole.jitter_scale[i]);
   }
-  if (whole.smooth_field)
-    some.smooth_field = std::make_shared<const SmoothField>(SmoothField(data), whole.smooth_field->sd());
+  some.smooth_field = with_data(whole.smooth_field, data);
   if (whole.boards) {
     Boards boards{whole.boards->sd, {}, whole.boards->cost};
     for (const std::size_t i : chosen) boards.rows.push_back(whole.boards->rows[i]);
@@ -93,20 +86,9 @@ std::vector<OutOfFold> predicted_or_nothing(const Fold& fold, const Problem& pro
   }
 }
 
-struct Squares {
-  double given = 0, model = 0, count = 0;
-
-  void add(const std::vector<OutOfFold>& conditions) {
-    for (const OutOfFold& c : conditions)
-      given += c.before[distance], model += c.after[distance], count += c.count[distance];
-  }
-  GapComparison gaps() const { return {std::sqrt(given / count), std::sqrt(model / count)}; }
-};
-
 GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given, const State& model) {
-  const Problem original = make_problem(problem.design, problem.data, problem.deadline);
-  const State before = fit_as_written(original, first_state(original, given)).state;
-  return {gap(original, before, distance), gap(problem, with_flat_boards(model), distance)};
+  const State before = fit_as_written(problem, first_state(problem, given)).state;
+  return {gap(problem, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
 
 }  // namespace
@@ -123,9 +105,9 @@ GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& k
         all[f] = predicted_or_nothing(folds[f], problem, given, model);
     });
   });
-  Squares sum;
-  for (const std::vector<OutOfFold>& fold : all) sum.add(fold);
-  return sum.gaps();
+  GapSums sums;
+  for (const std::vector<OutOfFold>& fold : all) sums.add(fold);
+  return {sums.gap().before, sums.gap().after};
 }
 
 std::string Verification::why_worse() const {
@@ -181,7 +163,8 @@ ModelFit fitted(const Problem& problem, State state) {
 
 }  // namespace
 
-GivenModel::GivenModel(const std::vector<simulation::ModelEffect>& effects) : effects_(effects) {
+GivenModel::GivenModel(const std::vector<simulation::ModelEffect>& effects, std::uint64_t seed)
+    : effects_(effects), seed_(seed) {
   for (const simulation::ModelEffect& effect : effects_) {
     candidates_.push_back(std::make_unique<Candidate>(effect));
     terms_.push_back({candidates_.back().get(), candidates_.back()->start()});
@@ -239,7 +222,7 @@ std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem,
   bool held = false;
   for (;;) {
     const double rest = lack_of_fit(problem, with_jacobian(problem, fit));
-    const std::vector<Interval> all = intervals(problem, fit, 1, rest, Refinements::as_they_are);
+    const std::vector<Interval> all = intervals(problem, fit, seed_, rest, Refinements::as_they_are);
     double most = 1;
     std::optional<std::pair<std::size_t, std::size_t>> loosest;
     for (std::size_t t = 0; t < terms_.size(); ++t) {

@@ -42,8 +42,8 @@ Verification compared_with_given(const CrossFit& known, const Problem& problem, 
 /// Effects of the given model, with those of their parameters that may be refitted.
 class GivenModel {
  public:
-  /// @param effects must outlive this object
-  explicit GivenModel(const std::vector<simulation::ModelEffect>& effects);
+  /// @param effects must outlive this object @param seed of the bootstrap
+  explicit GivenModel(const std::vector<simulation::ModelEffect>& effects, std::uint64_t seed = 1);
   GivenModel(const GivenModel&) = delete;
   GivenModel& operator=(const GivenModel&) = delete;
 
@@ -70,6 +70,7 @@ class GivenModel {
                            const std::vector<std::unique_ptr<Candidate>>& candidates);
 
   const std::vector<simulation::ModelEffect>& effects_;
+  std::uint64_t seed_;
   std::vector<std::unique_ptr<Candidate>> candidates_;  ///< replaced ones are kept: states of a search point to them
   std::vector<Term> terms_;
   std::vector<Held> held_;

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
+#include "diagnosis/model/smooth_field_fit.hpp"
 #include "diagnosis/search/maps.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -30,14 +30,13 @@ std::optional<MapTrial> MapSearch::alone(const SelectedModel& selected, double e
   const ModelFit given = selected.given_comparable_with_best();
   std::optional<MapTrial> maps = best_added_to(given);
   while (maps && maps->lack_of_fit > enough) {
-    const ModelFit& fit = maps->trial.fit;
+    const ModelFit& fit = maps->fit;
     std::optional<MapTrial> more = best_added_to(with_jacobian(task_.problem, fit));
-    if (!more || !significant(more->trial.score) || task_.bic(fit) - task_.bic(more->trial.fit) < settings.min_bic_gain)
-      break;
+    if (!more || !significant(more->score) || task_.bic(fit) - task_.bic(more->fit) < settings.min_bic_gain) break;
     maps = std::move(more);
   }
-  if (maps && smooth_field_does_more(task_, given, maps->trial.fit)) return std::nullopt;
-  if (maps) maps->trial.fit.state.precomputed = selected.best.state.precomputed;
+  if (maps && smooth_field_does_more(task_, given, maps->fit)) return std::nullopt;
+  if (maps) maps->fit.state.precomputed = selected.best.state.precomputed;
   return maps;
 }
 
@@ -48,21 +47,21 @@ std::optional<ModelFit> MapSearch::best(const SelectedModel& selected) {
   std::optional<MapTrial> maps = best_added_to(best);
   if (task_.added(best) > 0 && lack_of_fit(task_.problem, best) >= settings.explained) {
     std::optional<MapTrial> without = alone(selected, settings.explained);
-    if (without && (!maps || task_.bic(without->trial.fit) < task_.bic(maps->trial.fit))) maps = std::move(without);
+    if (without && (!maps || task_.bic(without->fit) < task_.bic(maps->fit))) maps = std::move(without);
   }
   if (!maps) return std::nullopt;
-  const ModelFit& fit = maps->trial.fit;
+  const ModelFit& fit = maps->fit;
   const double bic_fall = task_.bic(best) - task_.bic(fit);
-  const std::string why = !significant(maps->trial.score) || bic_fall < settings.min_bic_gain
+  const std::string why = !significant(maps->score) || bic_fall < settings.min_bic_gain
                               ? "not worth its parameters, or chance may do as much"
                           : smooth_field_does_more(task_, best, fit)
                               ? "a residue that is new in each condition does more"
                               : "";
   task_.note({"maps",
-              {maps->trial.candidate->name()},
+              {maps->candidate->name()},
               {{"gain", best.deviance - fit.deviance}, {"bic_fall", bic_fall}},
               why.empty() ? "worth it" : why});
-  return why.empty() ? std::optional(std::move(maps->trial.fit)) : std::nullopt;
+  return why.empty() ? std::optional(std::move(maps->fit)) : std::nullopt;
 }
 
 std::optional<ModelFit> MapSearch::in_place_of(const ModelFit& added, const SelectedModel& selected) {
@@ -72,10 +71,10 @@ std::optional<ModelFit> MapSearch::in_place_of(const ModelFit& added, const Sele
   if (rest < settings.explained) return std::nullopt;
   const double nearly_all = std::max(settings.explained, 1 + settings.map_max_excess * (rest - 1));
   std::optional<MapTrial> maps = alone(selected, nearly_all);
-  if (!maps || maps->lack_of_fit > nearly_all || !significant(maps->trial.score) ||
-      task_.bic(added) - task_.bic(maps->trial.fit) < settings.min_bic_gain)
+  if (!maps || maps->lack_of_fit > nearly_all || !significant(maps->score) ||
+      task_.bic(added) - task_.bic(maps->fit) < settings.min_bic_gain)
     return std::nullopt;
-  return std::move(maps->trial.fit);
+  return std::move(maps->fit);
 }
 
 }  // namespace tofgraph::diagnosis

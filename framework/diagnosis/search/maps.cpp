@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 namespace tofgraph::diagnosis {
@@ -166,7 +165,7 @@ RandomEffectSd limited_to_usual(RandomEffectSd found) {
 }
 
 /// State with the maps of a term updated by the scores of its residual.
-State with_updated_maps(const Problem& problem, State state, std::size_t term) {
+State with_updated_maps_of_term(const Problem& problem, State state, std::size_t term) {
   const Term before = state.terms[term];
   ModelFit fit;
   fit.state = state;
@@ -217,13 +216,12 @@ MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& c
                 std::uint64_t seed) {
   MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, seed)}};
   State state = base.state;
-  state.terms.push_back(
-      term_of(problem, candidate, values_of(problem, maps, result.trial.score), result.trial.score.dimension));
-  result.trial.fit = fit_reusing(problem, std::move(state), base.jacobian);
-  result.trial.fit = improved(std::move(result.trial.fit), settings.map_trial_rounds, 0, [&](const State& now) {
-    return fit_reusing(problem, with_updated_maps(problem, now, now.terms.size() - 1), base.jacobian);
+  state.terms.push_back(term_of(problem, candidate, values_of(problem, maps, result.score), result.score.dimension));
+  result.fit = fit_reusing(problem, std::move(state), base.jacobian);
+  result.fit = improved(std::move(result.fit), settings.map_trial_rounds, 0, [&](const State& now) {
+    return fit_reusing(problem, with_updated_maps_of_term(problem, now, now.terms.size() - 1), base.jacobian);
   });
-  result.lack_of_fit = lack_of_fit(problem, with_jacobian(problem, result.trial.fit));
+  result.lack_of_fit = lack_of_fit(problem, with_jacobian(problem, result.fit));
   return result;
 }
 
@@ -287,7 +285,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
       if (chosen.parameters.empty()) continue;
       MapTrial trial = fitted(problem, base, *candidate, chosen, seed);
       const std::size_t n = problem.data.size();
-      if (!best || trial.trial.fit.bic(n) < best->trial.fit.bic(n)) best = std::move(trial);
+      if (!best || trial.fit.bic(n) < best->fit.bic(n)) best = std::move(trial);
     } catch (const simulation::EffectError& error) {
       refused[candidate->name()] = error.what();
     }
@@ -298,7 +296,7 @@ std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
 ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& candidate) {
   const std::vector<double> nothing(problem.design.superpixels(), 0);
   state.terms.push_back(term_of(problem, candidate, {{candidate.maps().front(), nothing}}, 0));
-  return fit_with_maps(problem, with_maps_of(problem, std::move(state)));
+  return fit_with_maps(problem, with_updated_maps(problem, std::move(state)));
 }
 
 Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed) {
@@ -306,9 +304,9 @@ Score score_of_maps(const Problem& problem, const ModelFit& without, const Term&
   return score_of(problem, without, answer.group, seed);
 }
 
-State with_maps_of(const Problem& problem, State state) {
+State with_updated_maps(const Problem& problem, State state) {
   for (std::size_t t = 0; t < state.terms.size(); ++t) {
-    if (state.terms[t].maps) state = with_updated_maps(problem, std::move(state), t);
+    if (state.terms[t].maps) state = with_updated_maps_of_term(problem, std::move(state), t);
   }
   return state;
 }
@@ -324,7 +322,9 @@ std::vector<Column> map_columns(const Problem& problem, const State& state) {
 
 ModelFit fit_roughly_with_maps(const Problem& problem, State start) {
   if (!maps_follow(start)) return fit_roughly(problem, std::move(start));
-  const auto following = [&](State state) { return fit_roughly(problem, with_maps_of(problem, std::move(state))); };
+  const auto following = [&](State state) {
+    return fit_roughly(problem, with_updated_maps(problem, std::move(state)));
+  };
   std::optional<ModelFit> best = attempted(following, start);
   if (!best || best->deviance > deviance_of(problem, start))
     best = fit_roughly(problem, std::move(start));  // unchanged maps
@@ -335,7 +335,7 @@ ModelFit fit_with_maps(const Problem& problem, State start) {
   ModelFit best = fit(problem, std::move(start));
   if (!has_maps(best.state)) return best;
   return improved(std::move(best), settings.map_max_rounds, settings.map_converged,
-                  [&](const State& now) { return fit(problem, with_maps_of(problem, now)); });
+                  [&](const State& now) { return fit(problem, with_updated_maps(problem, now)); });
 }
 
 State with_means_in_constant(const Problem& problem, State state) {

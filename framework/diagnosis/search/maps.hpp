@@ -13,8 +13,7 @@ namespace tofgraph::diagnosis {
 inline constexpr double map_probe = 1e-3;
 
 /// An effect with estimated maps, in a model.
-struct MapTrial {
-  Trial trial;
+struct MapTrial : Trial {
   double lack_of_fit = 0;  ///< chi-square of the fit over its expectation
 };
 
@@ -31,7 +30,7 @@ ModelFit fit_with_map_of(const Problem& problem, State state, const Candidate& c
 Score score_of_maps(const Problem& problem, const ModelFit& without, const Term& term, std::uint64_t seed);
 
 /// State with maps estimated again.
-State with_maps_of(const Problem& problem, State state);
+State with_updated_maps(const Problem& problem, State state);
 
 /// True if a state has estimated maps.
 bool has_maps(const State& state);

@@ -16,12 +16,6 @@ namespace {
 
 constexpr std::size_t conditions_at_a_time = 64;  ///< conditions held in memory at once
 
-/// Nuisances of conditions that were not measured: a smooth field, if the campaign has one.
-ConditionNuisances nuisances_in(const std::vector<Observations>& data, const ConditionNuisances& campaign) {
-  if (!campaign.smooth_field) return {};
-  return {.smooth_field = std::make_shared<const SmoothField>(SmoothField(data), campaign.smooth_field->sd())};
-}
-
 /// Conditions that were not measured, as a problem with the campaign's targets.
 class Unmeasured {
  public:
@@ -37,12 +31,10 @@ class Unmeasured {
         continue;
       }
       const auto like = std::ranges::find(measured, design_.conditions()[i].target, &io::Condition::target);
-      const int target = campaign.target[static_cast<std::size_t>(like - measured.begin())];
-      problem_.target.push_back(target);
-      data_.push_back(
-          noise.blank(design_, i, target < 0 ? 0 : state.log_reflectivity[static_cast<std::size_t>(target)]));
+      problem_.target.push_back(campaign.target[static_cast<std::size_t>(like - measured.begin())]);
+      data_.push_back(noise.blank(design_, i, log_reflectivity_of(problem_, state, i)));
     }
-    nuisances_ = nuisances_in(data_, state.nuisances);
+    nuisances_.smooth_field = with_data(state.nuisances.smooth_field, data_);
   }
   Unmeasured(const Unmeasured&) = delete;
   Unmeasured& operator=(const Unmeasured&) = delete;
@@ -62,44 +54,19 @@ std::vector<io::Condition> some(const std::vector<io::Condition>& all, std::size
   return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
-/// First model of a question, in some conditions: consecutive questions mostly share it, so its derivatives are
-/// kept.
-class FirstModel {
- public:
-  FirstModel(const Problem& problem, const ConditionNuisances& nuisances) : problem_(problem), nuisances_(nuisances) {}
-  const Problem& problem() const { return problem_; }
-  const ConditionNuisances& nuisances() const { return nuisances_; }
-
-  /// @throws simulation::EffectError
-  ModelDistance distance_of(const Question& question) {
-    if (!first_ || !begin_alike(*last_, question)) {
-      first_.reset();
-      first_.emplace(linearise_question(problem_, question, nuisances_));
-      last_ = &question;
-    }
-    return model_distance(problem_, *first_, question);
-  }
-
- private:
-  const Problem& problem_;
-  const ConditionNuisances& nuisances_;
-  const Question* last_ = nullptr;
-  std::optional<QuestionLinearisation> first_;
-};
-
 /// Updates the best condition by the distances in all. If an effect fails in some, the others are evaluated singly.
-void keep_best(FirstModel& first_model, const Question& question, NextCondition& best) {
-  const Problem& problem = first_model.problem();
+void keep_best(QuestionDistances& distances, const Question& question, NextCondition& best) {
+  const Problem& problem = distances.problem();
   const std::vector<io::Condition>& conditions = problem.design.conditions();
-  const auto ask = [&](FirstModel& model, std::size_t first) {
-    const std::vector<double> sigma = model.distance_of(question).sigma;
+  const auto ask = [&](QuestionDistances& there, std::size_t first) {
+    const std::vector<double> sigma = there.of(question).sigma;
     const auto most = static_cast<std::size_t>(std::ranges::max_element(sigma) - sigma.begin());
     if (!(sigma[most] > best.sigma)) return;
     best.sigma = sigma[most];
     best.condition = conditions[first + most];
   };
   try {
-    ask(first_model, 0);
+    ask(distances, 0);
   } catch (const simulation::EffectError&) {
     for (std::size_t i = 0; i < conditions.size(); ++i) {
       const std::vector<std::size_t> only = {i};
@@ -107,9 +74,9 @@ void keep_best(FirstModel& first_model, const Question& question, NextCondition&
       const std::vector<Observations> data = {problem.data[i]};
       try {
         const Problem one{alone, data, problem.targets, {problem.target[i]}, nuisances_of(alone)};
-        const ConditionNuisances nuisances = nuisances_in(data, first_model.nuisances());
-        FirstModel alone_there(one, nuisances);
-        ask(alone_there, i);
+        const ConditionNuisances nuisances{.smooth_field = with_data(distances.nuisances().smooth_field, data)};
+        QuestionDistances there(one, nuisances);
+        ask(there, i);
       } catch (const simulation::EffectError&) {
         continue;
       }
@@ -121,19 +88,17 @@ void keep_best(FirstModel& first_model, const Question& question, NextCondition&
 /// between conditions, after the values have compensated what they can.
 void describe(const Unmeasured& condition, const Question& question, NextCondition& best) {
   const Problem& problem = condition.problem();
-  const Column left = FirstModel(problem, condition.nuisances()).distance_of(question).left;
+  const Column left = QuestionDistances(problem, condition.nuisances()).of(question).left;
   const RandomEffectSd& sd = question.one.random_sd;
   const State ideal;
-  const std::size_t n = problem.design.superpixels();
   double largest = -1;
   for (std::size_t o = 0; o < observables; ++o) {
     double relative = 0, square = 0, count = 0;
-    for (std::size_t row = o * n; row < (o + 1) * n; ++row) {
-      const double variance = problem.data[0].variance[row];
-      if (std::isinf(variance)) continue;
-      relative += std::pow(left[0][row], 2) / (variance + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
-                                               std::pow(sd.offset * problem.offset_response(0, row), 2) +
-                                               std::pow(sd.light * ideal.light_response(problem, 0, row), 2));
+    for (const std::size_t row : problem.known_rows(0, o)) {
+      relative += std::pow(left[0][row], 2) /
+                  (problem.data[0].variance[row] + std::pow(sd.jitter * problem.design.shift(0)[row], 2) +
+                   std::pow(sd.offset * problem.offset_response(0, row), 2) +
+                   std::pow(sd.light * ideal.light_response(problem, 0, row), 2));
       square += std::pow(problem.shown_scale(o, 0, row) * left[0][row], 2);
       ++count;
     }
@@ -147,7 +112,7 @@ void describe(const Unmeasured& condition, const Question& question, NextConditi
 }  // namespace
 
 std::vector<double> differences_in_sigma(const Problem& problem, const Question& question) {
-  return FirstModel(problem, question.one.nuisances).distance_of(question).sigma;
+  return QuestionDistances(problem, question.one.nuisances).of(question).sigma;
 }
 
 bool tells(const NextCondition& next) {
@@ -166,10 +131,10 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   std::vector<Question> questions;
   std::vector<double> measured;
   if (all.empty()) return result;
-  FirstModel in_campaign(problem, all.front().one.nuisances);
+  QuestionDistances in_campaign(problem, all.front().one.nuisances);
   for (const Question& q : all) {
     try {
-      measured.push_back(std::ranges::max(in_campaign.distance_of(q).sigma));
+      measured.push_back(std::ranges::max(in_campaign.of(q).sigma));
       questions.push_back(q);
     } catch (const simulation::EffectError&) {
       continue;  // undefined for these boards
@@ -190,17 +155,16 @@ std::vector<NextCondition> next_conditions(const Problem& problem, const std::ve
   for (std::size_t first = 0; first < list.size(); first += conditions_at_a_time) {
     const std::size_t count = std::min(conditions_at_a_time, list.size() - first);
     const Unmeasured part(problem, some(list, first, count), noise, state);
-    FirstModel first_model(part.problem(), part.nuisances());
-    for (std::size_t q = 0; q < questions.size(); ++q) keep_best(first_model, questions[q], best[q]);
+    QuestionDistances distances(part.problem(), part.nuisances());
+    for (std::size_t q = 0; q < questions.size(); ++q) keep_best(distances, questions[q], best[q]);
   }
   // For an effect with several amplitudes the most visible one counts.
   for (std::size_t q = 0; q < best.size(); ++q) {
     if (!(best[q].sigma > 0)) continue;
     const Unmeasured one(problem, {best[q].condition}, noise, state);
     describe(one, questions[q], best[q]);
-    const int target = one.problem().target.front();
-    best[q].reflectivity = pose_of(best[q].condition).reflectivity *
-                           std::exp(target < 0 ? 0 : state.log_reflectivity[static_cast<std::size_t>(target)]);
+    best[q].reflectivity =
+        pose_of(best[q].condition).reflectivity * std::exp(log_reflectivity_of(one.problem(), state, 0));
     const auto same = std::ranges::find_if(result, [&](const NextCondition& next) {
       return next.effects == best[q].effects && next.value == best[q].value;
     });

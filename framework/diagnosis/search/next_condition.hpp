@@ -101,21 +101,29 @@ struct ModelDistance {
   Column left;  ///< difference after the values have compensated what they can
 };
 
-/// First model of a question in the conditions of a problem: shared by all questions that begin with it.
-struct QuestionLinearisation {
-  State one;                    ///< without grid bias, with the nuisances of these conditions
-  Column rows;                  ///< its expectation
-  std::vector<Column> columns;  ///< derivatives by values and light; empty if the campaign determines nothing
+/// Distances of the models of questions in the conditions of a problem. Consecutive questions mostly begin with the
+/// same model, so its derivatives are kept.
+class QuestionDistances {
+ public:
+  /// @param nuisances of these conditions; both must outlive this object
+  QuestionDistances(const Problem& problem, const ConditionNuisances& nuisances)
+      : problem_(problem), nuisances_(nuisances) {}
+  const Problem& problem() const { return problem_; }
+  const ConditionNuisances& nuisances() const { return nuisances_; }
+
+  /// Distance of the two models, whichever is right: in each condition the smaller of the two directions.
+  /// @param question must outlive this object @throws simulation::EffectError
+  ModelDistance of(const Question& question);
+
+ private:
+  void linearise_first(const Question& question);
+
+  const Problem& problem_;
+  const ConditionNuisances& nuisances_;
+  const Question* last_ = nullptr;  ///< whose first model is linearised below; null: none
+  State first_;                     ///< without grid bias, with the nuisances of these conditions
+  Column rows_;                     ///< its expectation
+  std::vector<Column> columns_;     ///< derivatives by values and light; empty if the campaign determines nothing
 };
-/// @throws simulation::EffectError
-QuestionLinearisation linearise_question(const Problem& problem, const Question& question,
-                                         const ConditionNuisances& nuisances);
-
-/// True if two questions begin with the same model.
-bool begin_alike(const Question& first, const Question& second);
-
-/// Distance of the two models, whichever is right: in each condition the smaller of the two directions.
-/// @throws simulation::EffectError
-ModelDistance model_distance(const Problem& problem, const QuestionLinearisation& first, const Question& question);
 
 }  // namespace tofgraph::diagnosis

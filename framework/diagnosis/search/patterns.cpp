@@ -26,6 +26,7 @@ struct Axis {
 };
 
 constexpr const char* lens_axis = "lens";
+constexpr double basis_unit = 1e-3;
 
 /// Legendre polynomials P1 .. P4.
 double legendre(int degree, double u) {
@@ -49,7 +50,6 @@ class Axes {
     const auto condition = [this](auto member) -> Covariate {
       return [this, member](std::size_t i, std::size_t) { return design_.conditions()[i].*member; };
     };
-    const auto each_setting = [&](const char* name, auto label) { levels(name, label); };
     axes_.push_back({everywhere, {[](std::size_t, std::size_t) { return 1.0; }}});
     const Covariate board = condition(&io::Condition::board_distance);
     smooth("board distance", board);
@@ -76,14 +76,14 @@ class Axes {
     smooth("y", y);
     smooth("radius", radius);
     smooth("incidence", [this](std::size_t i, std::size_t s) { return design_.incidence(i, s); });
-    each_setting("target", [](const io::Condition& c) { return c.target; });
-    each_setting("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
-    each_setting("ambient", [](const io::Condition& c) { return c.ambient; });
-    each_setting("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
+    levels("target", [](const io::Condition& c) { return c.target; });
+    levels("sources", [](const io::Condition& c) { return fmt::format("{}", fmt::join(c.sources, " ")); });
+    levels("ambient", [](const io::Condition& c) { return c.ambient; });
+    levels("roll", [](const io::Condition& c) { return fmt::format("{:.3f}", c.roll); });
     const auto capped = [this](std::size_t i, std::size_t) { return design_.shows_board(i) ? 0.0 : 1.0; };
     if (std::ranges::any_of(design_.conditions(), &io::Condition::is_capped)) axes_.push_back({lens_axis, {capped}});
-    each_setting("rail", [](const io::Condition& c) { return c.rail; });
-    each_setting("reference", [](const io::Condition& c) { return c.reference; });
+    levels("rail", [](const io::Condition& c) { return c.rail; });
+    levels("reference", [](const io::Condition& c) { return c.reference; });
     for (int cycles = 1; cycles <= settings.max_cycles; ++cycles) cycle(cycles);
     product("board distance and x", board, x);
     product("board distance and y", board, y);
@@ -198,14 +198,21 @@ Bases generic_bases(const Problem& problem) {
   return bases;
 }
 
+namespace {
+
+/// Root mean square over the known superpixels, SI: of all, and of the condition where it is largest.
+struct BasisSize {
+  double mean = 0, largest = 0;
+};
+
+/// Size of the pattern of a basis with these values.
 BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
-  const std::size_t n = problem.design.superpixels(), first = basis.observable * n;
+  const std::size_t first = basis.observable * problem.design.superpixels();
   double sum = 0, count = 0;
   BasisSize size;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     double here = 0, known = 0;
-    for (std::size_t row = first; row < first + n; ++row) {
-      if (std::isinf(problem.data[i].variance[row])) continue;
+    for (const std::size_t row : problem.known_rows(i, basis.observable)) {
       double value = 0;
       for (std::size_t c = 0; c < group.columns.size(); ++c)
         value += values(static_cast<Eigen::Index>(c)) * group.columns[c][i][row - first];
@@ -220,6 +227,20 @@ BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd&
   return size;
 }
 
+/// Pattern of distances that scatter from one condition to the next. @param sd m
+Pattern scatter_pattern(const char* axis, double gain, double sd) {
+  return {.observable = distance,
+          .axis = axis,
+          .gain = gain,
+          .p_value = std::erfc(std::sqrt(std::max(gain, 0.0) / 2)),
+          .size = sd,
+          .significant = true,
+          .largest = sd,
+          .share = std::numeric_limits<double>::quiet_NaN()};
+}
+
+}  // namespace
+
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&
                      pattern.axis != smooth_over_image;
@@ -233,14 +254,7 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& f
   merged.random_sd = {.jitter = std::hypot(sd.jitter, sd.offset), .offset = 0, .light = sd.light};
   const double gain = fit_nuisances(problem, merged).deviance - fit.deviance;
   if (gain < settings.unsteady_min_gain) return std::nullopt;
-  return Pattern{.observable = distance,
-                 .axis = no_setting,
-                 .gain = gain,
-                 .p_value = std::erfc(std::sqrt(gain / 2)),
-                 .size = sd.offset,
-                 .significant = true,
-                 .largest = sd.offset,
-                 .share = std::numeric_limits<double>::quiet_NaN()};
+  return scatter_pattern(no_setting, gain, sd.offset);
 }
 
 std::optional<Pattern> large_smooth_field(const Problem& problem, const ModelFit& fit) {
@@ -250,14 +264,7 @@ std::optional<Pattern> large_smooth_field(const Problem& problem, const ModelFit
   without.nuisances.smooth_field = nullptr;
   double gain = deviance_of(problem, without) - deviance_of(problem, fit.state);
   for (std::size_t i = 0; i < problem.data.size(); ++i) gain -= field->log_determinant(i);
-  return Pattern{.observable = distance,
-                 .axis = smooth_over_image,
-                 .gain = gain,
-                 .p_value = std::erfc(std::sqrt(std::max(gain, 0.0) / 2)),
-                 .size = field->sd(),
-                 .significant = true,
-                 .largest = field->sd(),
-                 .share = std::numeric_limits<double>::quiet_NaN()};
+  return scatter_pattern(smooth_over_image, gain, field->sd());
 }
 
 PatternFinder::PatternFinder(const Problem& problem) : problem_(problem), bases_(generic_bases(problem)) {

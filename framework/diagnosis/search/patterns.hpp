@@ -17,7 +17,6 @@ struct Basis {
   std::size_t observable = 0;
   std::string axis;
 };
-inline constexpr double basis_unit = 1e-3;
 
 inline constexpr const char* everywhere = "everywhere";  ///< axis of a constant
 
@@ -29,14 +28,6 @@ struct Bases {
 
 /// Patterns along the axes that this campaign varies.
 Bases generic_bases(const Problem& problem);
-
-/// Root mean square over the known superpixels, SI: of all, and of the condition where it is largest.
-struct BasisSize {
-  double mean = 0, largest = 0;
-};
-
-/// Size of the pattern of a basis with these values.
-BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem);
 
 // ---- Location of a gap ----
 

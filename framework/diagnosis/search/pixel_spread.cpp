@@ -49,18 +49,14 @@ struct Expected {
 
   /// Rows of all conditions. @param fitted problem whose reflectivities are used for targets of the same name
   Rows rows(const Problem& fitted, const State& state) const {
-    std::vector<double> light(problem.targets.size(), 0);
-    for (std::size_t t = 0; t < light.size(); ++t) {
-      const auto found = std::ranges::find(fitted.targets, problem.targets[t]);
-      if (found != fitted.targets.end())
-        light[t] = state.log_reflectivity[static_cast<std::size_t>(found - fitted.targets.begin())];
-    }
-    return expected(problem, State{state.terms, std::move(light), state.random_sd});
+    const std::vector<double> unknown(problem.targets.size(), 0);
+    return expected(problem,
+                    State{state.terms, log_reflectivity_from(fitted, state, problem, unknown), state.random_sd});
   }
 };
 
-}  // namespace
-
+/// Rows of the conditions that state a standard deviation over pixels, with the amplitudes and gains of a fitted model.
+/// @param state of the problem
 std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, const Problem& problem,
                                    const State& state) {
   std::vector<io::Condition> used;
@@ -87,6 +83,8 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
   }
   return result;
 }
+
+}  // namespace
 
 std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
                                         const State& state) {

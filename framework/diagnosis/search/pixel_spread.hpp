@@ -69,11 +69,6 @@ struct SpreadNoise {
 /// Fits the laws to the rows. @param rows at least spread_laws + 2, else nullopt is returned
 std::optional<PixelSpread> fit_spread(std::span<const SpreadRow> rows, const SpreadNoise& noise);
 
-/// Rows of the conditions that state a standard deviation over pixels, with the amplitudes and gains of a fitted model.
-/// @param state of the problem
-std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, const Problem& problem,
-                                   const State& state);
-
 /// Fits the laws to the rows of a campaign. Nullopt if too few conditions of a table state a standard deviation.
 std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
                                         const State& state);

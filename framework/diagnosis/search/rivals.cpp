@@ -5,6 +5,7 @@
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
+#include "diagnosis/search/removal.hpp"
 #include "diagnosis/search/search.hpp"
 
 #include <algorithm>
@@ -35,15 +36,21 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
   return parts;
 }
 
-/// Index of a candidate's term in a state, in any of its forms; the number of terms if there is none.
-std::size_t term_of(const State& state, const Candidate& candidate) {
-  const auto is_it = [&](const Term& term) { return &term.candidate->root() == &candidate; };
-  return static_cast<std::size_t>(std::ranges::find_if(state.terms, is_it) - state.terms.begin());
-}
-
 }  // namespace
 
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals) {
+std::string Rival::separating_experiment(const Candidate& found) const {
+  const bool own_advice =
+      of_several() || (lists_as_confusable(*candidate, found) && !lists_as_confusable(found, *candidate));
+  return (own_advice ? *candidate : found).border().experiment;
+}
+
+void sort_ties(std::vector<Rival>& rivals) {
+  std::ranges::stable_sort(rivals, {}, [](const Rival& one) {
+    return std::tuple(!one.tied, one.tied && one.undetermined, one.tied ? one.candidate->free().size() : 0);
+  });
+}
+
+std::vector<std::string> names_with_rivals(const std::string& effect, std::span<const Rival> rivals) {
   std::vector<std::string> all = {effect};
   for (const Rival& rival : rivals) {
     if (rival.does_as_much()) all.push_back(rival.candidate->name());
@@ -161,7 +168,7 @@ std::optional<Rival> Rivals::in_place_of_all(const Candidate& candidate, const s
   std::vector<Rival> rivals;
   try {
     for (auto term = terms.rbegin(); term != terms.rend(); ++term)
-      less = without(problem_, less, {*term, std::nullopt});
+      less = fit_without(problem_, less, {*term, std::nullopt});
     for (ModelFit& fit : selection_.forms_of(less, candidate))
       if (std::optional<Rival> rival = compared(less, candidate, names, std::move(fit))) put(rivals, *std::move(rival));
   } catch (const simulation::EffectError&) {  // an effect fails

@@ -34,10 +34,16 @@ struct Rival {
   bool of_several() const { return in_place_of.size() > 1; }
   /// True if it is to be listed with this one of the effects that it replaces: only once.
   bool is_listed_at(const std::string& name) const { return in_place_of.front() == name; }
+  /// Experiment that distinguishes it from an effect that it replaces: the advice in the declaration that lists the
+  /// other as confusable; its own advice if it replaces several.
+  std::string separating_experiment(const Candidate& found) const;
 };
 
+/// Sorts rivals: ties without an undetermined value first, then those with fewer parameters.
+void sort_ties(std::vector<Rival>& rivals);
+
 /// Names of an effect and of its rivals that explain as much.
-std::vector<std::string> names_of(const std::string& effect, std::span<const Rival> rivals);
+std::vector<std::string> names_with_rivals(const std::string& effect, std::span<const Rival> rivals);
 
 /// True if two models differ only by these effects in one and that effect in the other.
 bool differ_only_by(const State& one, std::span<const std::string> effects, const State& other, const std::string& its);

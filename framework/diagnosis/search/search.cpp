@@ -100,8 +100,8 @@ class Search {
     result_.refinements = tested_ ? tested_->refinements : std::vector<EffectFinding>{};
   }
 
-  /// Drops effects until the model predicts distances no worse than the given one; if it still does without any, keeps
-  /// the given values.
+  /// Drops effects while the model predicts distances worse than the given one. If it still predicts them worse without
+  /// any effect, the given values are kept.
   void compare_with_given_model() {
     selection_.task().report_progress("comparing with the given model");
     selection_.set_deadline(options().verification);
@@ -121,12 +121,13 @@ class Search {
   }
 
   void hold_given_values() {
-    if (!options().hold_given) return;
-    std::vector<Term>& given_terms = selection_.task().given_terms;
-    if (std::optional<ModelFit> held = options().hold_given(selection_.problem(), selection_.best(), given_terms)) {
-      findings_.forget_comparison();
-      selection_.accept(*std::move(held));
-    }
+    GivenModel* const given = options().given;
+    if (given == nullptr) return;
+    std::optional<ModelFit> held = given->hold_undetermined_in(selection_.problem(), selection_.best());
+    if (!held) return;
+    selection_.task().given_terms = given->terms();
+    findings_.forget_comparison();
+    selection_.accept(*std::move(held));
   }
 
   /// Reason why the best model must not be written, or "".
@@ -172,7 +173,7 @@ class Search {
       result_.time_expired = result_.not_compared = true;
     }
     selection_.set_deadline({});
-    for (EffectFinding& finding : result_.found) tests_.weigh(finding);
+    for (EffectFinding& finding : result_.found) tests_.set_held_out_results(finding);
   }
 
   /// Lists patterns that no candidate explains, and the candidates closest to them.
@@ -199,7 +200,7 @@ class Search {
       const double fraction = left.most > 0 ? std::min(score_of(problem, best, group).gain / left.most, 1.0) : 1.0;
       if (fraction > settings.min_nearest_fraction) result_.nearest.push_back({t.candidate, fraction});
     }
-    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::explained_fraction);
+    std::ranges::stable_sort(result_.nearest, std::greater<>{}, &Near::fraction_of_largest);
   }
 
   SearchResult report() {

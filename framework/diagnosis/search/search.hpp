@@ -22,7 +22,7 @@ namespace tofgraph::diagnosis {
 /// A candidate close to the unexplained residual.
 struct Near {
   const Candidate* candidate = nullptr;
-  double explained_fraction = 0;  ///< gain over that of the best generic pattern, at most 1
+  double fraction_of_largest = 0;  ///< gain over that of the largest generic pattern, at most 1
 };
 
 /// A fitted model with a value that the conditions do not determine.
@@ -42,11 +42,11 @@ struct EffectFinding {
   std::vector<Pattern> where;                     ///< patterns of the gap without it
   std::string refutation;                         ///< reason why it is not named; empty: it is
   std::optional<UndeterminedValue> undetermined;  ///< undetermined nonlinear parameter, if that is the reason
-  double chosen = NAN;                            ///< share of the folds that chose it or a tied effect; NaN: no folds
+  double chosen = NAN;                            ///< share of the folds that chose one of names(); NaN: no folds
   HeldOutImprovement improvement;                 ///< improvement on held-out data
 
   /// Its own name, and those of rivals that explain as much.
-  std::vector<std::string> names() const { return names_of(name, rivals); }
+  std::vector<std::string> names() const { return names_with_rivals(name, rivals); }
 };
 
 struct SearchResult {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/selection.hpp"
 
-#include "diagnosis/search/trials.hpp"
+#include "diagnosis/search/removal.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,7 +102,7 @@ std::vector<ModelTerm> Selection::additions() const {
 const ModelFit& Selection::without(const ModelTerm& addition) {
   const auto known = std::ranges::find(without_, addition, &std::pair<ModelTerm, ModelFit>::first);
   if (known != without_.end()) return known->second;
-  return without_.emplace_back(addition, diagnosis::without(problem(), best(), addition)).second;
+  return without_.emplace_back(addition, fit_without(problem(), best(), addition)).second;
 }
 
 void Selection::drop(const ModelTerm& addition) { fit_and_accept(without(addition).state); }
@@ -111,7 +111,7 @@ void Selection::drop(const ModelTerm& addition) { fit_and_accept(without(additio
 void Selection::fit_and_accept(State state) {
   update_precomputed(problem(), state);
   accept(fit_with_maps(problem(), std::move(state)));
-  selected_.best = boards_.refit(std::move(selected_.best));
+  selected_.best = boards_.refit(std::move(selected_.best), selected_.unsure_boards);
 }
 
 bool Selection::try_accept(State state) {

@@ -34,28 +34,27 @@ struct Step {
 
 // ---- Task of a selection and the model that it has reached, shared by all its steps ----
 
+class GivenModel;
+
 struct SearchOptions {
   std::size_t max_effects = settings.max_effects;
   std::uint64_t seed = 1;
   std::function<void(const std::string& what)> progress;             ///< may be empty
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
-  Deadline deadline = {};  ///< for the search; its results until then are verified
-  /// Refits a model and holds those of the given values that the data do not determine; nullopt if all are determined.
-  /// Replaces the terms of the given model. May be empty.
-  std::function<std::optional<ModelFit>(const Problem& problem, const ModelFit& fit, std::vector<Term>& given_terms)>
-      hold_given;
-  Deadline verification = {};  ///< for the verification; if it passes, the given model is kept
-  Deadline comparison = {};    ///< for the comparison of the written model with rivals
+  Deadline deadline = {};       ///< for the search; its results until then are verified
+  GivenModel* given = nullptr;  ///< holds those of its values that the data do not determine; null: they are fitted
+  Deadline verification = {};   ///< for the verification; if it passes, the given model is kept
+  Deadline comparison = {};     ///< for the comparison of the written model with rivals
 };
 
-/// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log, refused effects and
-/// BoardFlatnessSearch::accept_unsure().
+/// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log and refused effects.
 struct SelectedModel {
   ModelFit refitted_given, best;         ///< given model with refitted parameters, and the model with additions
   std::vector<const Candidate*> barred;  ///< roots not tried while it is selected: replaced by others, or failed
   /// Best model, with its effects as fitted while the drift had a mean, if that has just been removed: it replaced a
   /// constant, and in the fit without either, other effects may be distorted to compensate.
   std::optional<ModelFit> about_drift_mean = {};
+  bool unsure_boards = false;  ///< true: board heights without evidence of their own are accepted, see BoardTrial::sure
 
   /// Given model, with the nuisances and the grid bias of the best one, so that both can be compared.
   ModelFit given_comparable_with_best() const {
@@ -69,7 +68,7 @@ struct SelectedModel {
 /// Data, candidates and options of a selection, with its log.
 struct SelectionTask {
   const Problem problem;
-  std::vector<Term> given_terms;  ///< of the given model
+  std::vector<Term> given_terms;  ///< of the given model; in the main search a copy of GivenModel::terms()
   const std::vector<std::unique_ptr<Candidate>>& candidates;
   const SearchOptions& options;
   std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons; never undone
@@ -118,17 +117,15 @@ class BoardFlatnessSearch {
   BoardTrial trial_for(const State& state);
   /// Fits boards and effects alternately until neither changes. Effects partly absorbed by the heights regain that part
   /// when the heights are estimated again. A model without board heights stays unchanged.
-  /// @throws simulation::EffectError, unless extrapolated values cause it
-  ModelFit refit(ModelFit fit);
-  /// Accepts heights without evidence of their own, see BoardTrial::sure.
-  void accept_unsure(bool accepted) { accept_unsure_ = accepted; }
+  /// @param unsure see SelectedModel::unsure_boards @throws simulation::EffectError, unless extrapolated values cause
+  /// it
+  ModelFit refit(ModelFit fit, bool unsure) const;
 
  private:
-  bool refit_once(ModelFit& fit) const;
+  bool refit_once(ModelFit& fit, bool unsure) const;
 
   const SelectionTask& task_;
   std::unique_ptr<const BoardFlatness> shapes_;  ///< made when first needed
-  bool accept_unsure_ = false;
 };
 
 // ---- Best set of effects to add: sets with the largest predicted gains are fitted ----

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps of a selection, in the order of forward_select().
+#include "diagnosis/model/smooth_field_fit.hpp"
+#include "diagnosis/search/removal.hpp"
 #include "diagnosis/search/selection.hpp"
 
 #include "diagnosis/search/trials.hpp"
@@ -50,11 +52,9 @@ void Selection::select_from_boards() {
       maps && maps->lack_of_fit < settings.explained)
     return;
   SelectedModel before = selected_;
-  boards_.accept_unsure(true);
+  selected_.unsure_boards = true;
   if (allow_boards(boards.boards)) add_all();
-  const bool explains = best().state.nuisances.boards && lack_of_fit_of_best() < settings.explained;
-  boards_.accept_unsure(explains);
-  if (!explains) select(std::move(before));
+  if (!best().state.nuisances.boards || lack_of_fit_of_best() >= settings.explained) select(std::move(before));
 }
 
 /// Adds the best set of effects; or maps, if none is worth its parameters or nearly all remains unexplained; or updates
@@ -120,12 +120,12 @@ void Selection::select_from_maps() {
     return;
   const double gained = bic(selected_.refitted_given) - bic(best());
   std::optional<MapTrial> alone = maps_.alone(selected_, settings.explained);
-  if (!alone || !significant(alone->trial.score) ||
-      bic(selected_.refitted_given) - bic(alone->trial.fit) < settings.map_start_share * gained)
+  if (!alone || !significant(alone->score) ||
+      bic(selected_.refitted_given) - bic(alone->fit) < settings.map_start_share * gained)
     return;
   SelectedModel before = selected_;
   const double bic_before = bic(best());
-  if (!try_accept(std::move(alone->trial.fit.state))) return;
+  if (!try_accept(std::move(alone->fit.state))) return;
   add_all();
   // With other boards models cannot be compared.
   if (bic(best()) > bic_before ||

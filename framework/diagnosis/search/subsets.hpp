@@ -32,8 +32,8 @@ struct SubsetOptions {
   std::size_t max_effects = settings.max_set_effects;
   std::size_t kept = settings.kept_sets;        ///< returned sets of each size above one, each of different effects
   std::size_t singles = settings.sure_singles;  ///< returned sets of one effect
-  double price = 5;                             ///< deviance per parameter: ln of the number of conditions
-  double prior = 1e-4;                          ///< added to the diagonal of the information, see prior_width
+  double price = 0;                             ///< deviance per parameter: ln of the number of conditions
+  double prior = 0;                             ///< added to the diagonal of the information, see prior_width
   std::size_t beam = settings.beam;  ///< sets of one size that are extended; if fewer exist, none is left out
   /// Once a set gains share_of_all of the gain of all columns, minus less_than_all, only one larger size is evaluated.
   double share_of_all = 1, less_than_all = 0;

@@ -44,10 +44,7 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
 Column change_by_step(const Problem& problem, const Rows& rows, std::vector<double> values, std::size_t parameter,
                       double step, const std::function<State(std::span<const double>)>& placed);
 
-/// True if a state has an effect of this name.
-bool is_in(const State& state, const Candidate& candidate);
-
-// ---- Candidates scored against the residual of a fit, and joint fits of the most promising ones ----
+// ---- Scores of the candidates, and joint fits ----
 
 /// A candidate in a model, with its score before the fit.
 struct Trial {
@@ -84,19 +81,5 @@ class Trials {
   const std::vector<std::unique_ptr<Candidate>>& candidates_;
   Probes probes_;
 };
-
-/// Names of the effects listed as confused with one, by its author or by theirs.
-std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
-
-/// Model without a addition. The derivatives are those of the model with it. @throws simulation::EffectError
-ModelFit without(const Problem& problem, const ModelFit& best, const ModelTerm& addition);
-
-// ---- Lower limits of the deviance that removing a term costs, before the fit without it ----
-
-/// Lower limits of the rise of the deviance when each of some additions is removed: from the linearised part of its
-/// change that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown:
-/// for additions with maps, and if the other effects fail without the addition.
-std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
-                                       std::span<const ModelTerm> additions);
 
 }  // namespace tofgraph::diagnosis

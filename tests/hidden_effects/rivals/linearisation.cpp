@@ -130,12 +130,12 @@ void write_refinements(const File& file, const Problem& problem, const State& st
                        std::size_t& start, Names& names) {
   if (candidate.refinements().empty()) return;
   State with = state;
-  with.terms.push_back({&candidate, probes_of(candidate.free()).front()});
+  with.terms.push_back({&candidate, starts_of_nonlinear(candidate.free()).front()});
   const Term off = with.terms.back();
   const Rows rows = expected(problem, with);
   for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
     const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
-    for (const std::vector<double>& values : probes_of(parameters)) {
+    for (const std::vector<double>& values : starts_of_nonlinear(parameters)) {
       std::vector<std::pair<std::size_t, Column>> columns;
       try {
         for (std::size_t k = 0; k < parameters.size(); ++k)
