@@ -111,7 +111,7 @@ TEST_P(PutAside, WhicheverItIsItIsAsIfItWereNotThere) {
     conditions.erase(conditions.begin() + static_cast<std::ptrdiff_t>(aside));
     std::vector<Observations> observations = all.observations;
     observations.erase(observations.begin() + static_cast<std::ptrdiff_t>(aside));
-    const Design fewer(all.design->camera_pointer(), false, conditions, all.table ? single : grid);
+    const Design fewer(all.design->camera_pointer(), false, conditions, all.design->side());
     const ModelFit without = fit(make_problem(fewer, observations), start);
     EXPECT_NEAR(with.deviance, without.deviance, 1e-6 * std::abs(without.deviance));
     EXPECT_NEAR(with.state.terms[0].values[0], without.state.terms[0].values[0], 1e-9);

@@ -18,7 +18,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Superpixels per row and per column: 17 x 17 px each of 204 x 204; `single`: the data are means over a board.
+/// Superpixels per row and per column, see superpixel_grid(); `single`: the data are means over a board.
 inline constexpr std::size_t grid = 12, single = 1;
 /// Points per row and per column that represent a superpixel, at the centres of equal parts: their error for a curved
 /// pattern is a 25th of that of the superpixel's centre alone.
@@ -60,6 +60,8 @@ class Design {
   const simulation::Acquisition& acquisition(std::size_t condition) const { return shots_[condition]; }
   const simulation::Pixels& pixels() const { return pixels_; }
   std::size_t superpixels() const { return pixels_.size(); }
+  /// Superpixels per row and per column.
+  std::size_t side() const { return grid_; }
   std::size_t rows() const { return observables * superpixels(); }
 
   /// True unless the lens is capped: such a condition has no distance, reflectivity or position.

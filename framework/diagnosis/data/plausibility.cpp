@@ -44,8 +44,7 @@ BoardPhasors phasors_of(const Measurements& m) {
     add_measured(m, i, result);
   }
   result.ideal_of = [&design](const io::Condition& condition) {
-    const Design there(design.camera_pointer(), design.physical(), {condition},
-                       design.superpixels() == 1 ? single : grid);
+    const Design there(design.camera_pointer(), design.physical(), {condition}, design.side());
     return phasors_of(there.ideal(0));
   };
   return result;

@@ -81,12 +81,8 @@ std::vector<Misplaced> misplaced(const BoardOffsets& offsets) {
 
 namespace {
 
-struct Place {
-  double x = 0, y = 0;  ///< m, on the board, from its intersection with the optical axis
-};
-
-/// Points at which superpixels see a board, in its own coordinates, which tilt and roll with it.
-std::vector<Place> places_on_board(const Design& design, std::size_t condition) {
+/// Points at which superpixels see a board.
+std::vector<PlaceOnBoard> places_on_board(const Design& design, std::size_t condition) {
   const simulation::BoardPose pose = pose_of(design.conditions()[condition]);
   const std::vector<simulation::Vector3>& rays = design.pixels().rays;
   std::vector<simulation::Hit> hits(rays.size());
@@ -95,7 +91,7 @@ std::vector<Place> places_on_board(const Design& design, std::size_t condition) 
     return simulation::rotation(0, 0, -pose.roll) * (simulation::rotation(pose.tilt_x, pose.tilt_y, 0) * axis);
   };
   const simulation::Vector3 across = turned({1, 0, 0}), down = turned({0, 1, 0}), middle{0, 0, pose.distance};
-  std::vector<Place> places(rays.size(), {NAN, NAN});
+  std::vector<PlaceOnBoard> places(rays.size(), {NAN, NAN});
   for (std::size_t s = 0; s < rays.size(); ++s) {
     if (!std::isfinite(hits[s].return_path)) continue;
     const simulation::Vector3 from = hits[s].point - middle;
@@ -130,7 +126,7 @@ struct Wave {
   double sd = 0;     ///< the squares of all waves sum to 1
 };
 
-std::vector<Wave> waves_of_boards() {
+std::vector<Wave> make_waves() {
   std::vector<Wave> waves;
   double sum = 0;
   for (int x = 0; x <= settings.board_max_half_waves; ++x) {
@@ -142,6 +138,11 @@ std::vector<Wave> waves_of_boards() {
     }
   }
   for (Wave& wave : waves) wave.sd /= std::sqrt(sum);
+  return waves;
+}
+
+const std::vector<Wave>& waves_of_boards() {
+  static const std::vector<Wave> waves = make_waves();
   return waves;
 }
 
@@ -163,57 +164,74 @@ double mean_of_wave(double phase) { return phase == 0 ? 1 : std::sin(phase / 2) 
 
 }  // namespace
 
-BoardFlatness::BoardFlatness(const Problem& problem) {
+BoardFlatness::BoardFlatness(const Problem& problem) : views_(problem.design.size()) {
   const Design& design = problem.design;
-  std::vector<std::vector<Place>> places(design.size());
-  std::map<std::string, double> half_width;  // m, of the visible part of each target
-  std::vector<double> seen(design.size(), 0);
   for (std::size_t i = 0; i < design.size(); ++i) {
     if (!design.shows_board(i)) continue;
-    places[i] = places_on_board(design, i);
-    for (std::size_t s = 0; s < places[i].size(); ++s) {
-      Place& place = places[i][s];
+    View& view = views_[i];
+    view.places = places_on_board(design, i);
+    for (std::size_t s = 0; s < view.places.size(); ++s) {
+      PlaceOnBoard& place = view.places[s];
       if (std::isinf(problem.data[i].variance[distance * design.superpixels() + s])) place = {NAN, NAN};
-      if (std::isfinite(place.x)) seen[i] = std::max({seen[i], std::abs(place.x), std::abs(place.y)});
+      if (std::isfinite(place.x)) view.widest = std::max({view.widest, std::abs(place.x), std::abs(place.y)});
     }
-    double& half = half_width[design.conditions()[i].target];
-    half = std::max(half, seen[i]);
+    double& half = half_width_[design.conditions()[i].target];
+    half = std::max(half, view.widest);
   }
-  const std::vector<Wave> waves = waves_of_boards();
+  const auto count = static_cast<Eigen::Index>(waves_of_boards().size());
+  constexpr std::size_t at_once = 64;  // a Gram matrix has 0.2 MB
+  std::vector<Eigen::MatrixXd> grams(at_once);
+  for (std::size_t first = 0; first < design.size(); first += at_once) {
+    const std::size_t end = std::min(first + at_once, design.size());
+    tbb::parallel_for(first, end, [&](std::size_t i) {
+      grams[i - first] = Eigen::MatrixXd::Zero(count, count);
+      if (!design.shows_board(i)) return;
+      const Eigen::MatrixXd taken = own_directions(problem, i);
+      const Eigen::MatrixXd columns =
+          less(taken, taken.col(0).asDiagonal() * heights(design, i).replicate(observables, 1));
+      grams[i - first].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+    });
+    for (std::size_t i = first; i < end; ++i) {
+      if (!design.shows_board(i)) continue;
+      Eigen::MatrixXd& of_target = information_[design.conditions()[i].target];
+      if (of_target.size() == 0) of_target = Eigen::MatrixXd::Zero(count, count);
+      of_target += grams[i - first].selfadjointView<Eigen::Lower>();
+    }
+  }
+}
+
+Eigen::MatrixXd BoardFlatness::heights(const Design& design, std::size_t i) const {
+  const std::vector<Wave>& waves = waves_of_boards();
   const auto n = static_cast<Eigen::Index>(design.superpixels()), count = static_cast<Eigen::Index>(waves.size());
-  heights_.resize(design.size());
-  std::vector<Eigen::MatrixXd> grams(design.size());
-  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    heights_[i] = Eigen::MatrixXd::Zero(n, count);
-    grams[i] = Eigen::MatrixXd::Zero(count, count);
-    if (!design.shows_board(i)) return;
-    // Heights are normal to the board; its position is measured along the axis.
-    const io::Condition& condition = design.conditions()[i];
-    const simulation::BoardPose pose = pose_of(condition);
-    const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
-    const double half = half_width.at(condition.target);
-    const double width = 2 * seen[i] / (std::sqrt(static_cast<double>(n)) - 1);
-    for (Eigen::Index c = 0; c < count; ++c) {
-      const Wave& wave = waves[static_cast<std::size_t>(c)];
-      const double x = wave.x * std::numbers::pi / (2 * half), y = wave.y * std::numbers::pi / (2 * half);
-      // Superpixels average the waves.
-      const double size = 2 * wave.sd * mean_of_wave(x * width) * mean_of_wave(y * width) / along_axis;
-      for (Eigen::Index s = 0; s < n; ++s) {
-        const Place& place = places[i][static_cast<std::size_t>(s)];
-        if (std::isfinite(place.x))
-          heights_[i](s, c) = size * std::cos(x * (place.x + half)) * std::cos(y * (place.y + half));
-      }
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(n, count);
+  const View& view = views_[i];
+  if (view.places.empty()) return result;
+  // Heights are normal to the board; its position is measured along the axis.
+  const io::Condition& condition = design.conditions()[i];
+  const simulation::BoardPose pose = pose_of(condition);
+  const double along_axis = std::cos(pose.tilt_x) * std::cos(pose.tilt_y);
+  const double half = half_width_.at(condition.target);
+  const double width = 2 * view.widest / (std::sqrt(static_cast<double>(n)) - 1);
+  const auto frequency = [&](int half_waves) { return half_waves * std::numbers::pi / (2 * half); };
+  Eigen::MatrixXd across(n, settings.board_max_half_waves + 1), down = across;
+  for (int k = 0; k <= settings.board_max_half_waves; ++k) {
+    for (Eigen::Index s = 0; s < n; ++s) {
+      const PlaceOnBoard& place = view.places[static_cast<std::size_t>(s)];
+      across(s, k) = std::cos(frequency(k) * (place.x + half));
+      down(s, k) = std::cos(frequency(k) * (place.y + half));
     }
-    const Eigen::MatrixXd taken = own_directions(problem, i);
-    const Eigen::MatrixXd columns = less(taken, taken.col(0).asDiagonal() * heights_[i].replicate(observables, 1));
-    grams[i].selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-  });
-  for (std::size_t i = 0; i < design.size(); ++i) {
-    if (!design.shows_board(i)) continue;
-    Eigen::MatrixXd& of_target = information_[design.conditions()[i].target];
-    if (of_target.size() == 0) of_target = Eigen::MatrixXd::Zero(count, count);
-    of_target += grams[i].selfadjointView<Eigen::Lower>();
   }
+  for (Eigen::Index c = 0; c < count; ++c) {
+    const Wave& wave = waves[static_cast<std::size_t>(c)];
+    // Superpixels average the waves.
+    const double size =
+        2 * wave.sd * mean_of_wave(frequency(wave.x) * width) * mean_of_wave(frequency(wave.y) * width) / along_axis;
+    for (Eigen::Index s = 0; s < n; ++s) {
+      if (std::isfinite(view.places[static_cast<std::size_t>(s)].x))
+        result(s, c) = size * across(s, wave.x) * down(s, wave.y);
+    }
+  }
+  return result;
 }
 
 BoardTrial BoardFlatness::trial(const Problem& problem, const State& state) const {
@@ -221,7 +239,7 @@ BoardTrial BoardFlatness::trial(const Problem& problem, const State& state) cons
   const State flat = with_flat_boards(state);
   const auto rows = with_nuisances(problem, flat, expected(problem, flat));
   std::map<std::string, Eigen::VectorXd> scores;
-  const Eigen::Index count = heights_.front().cols();
+  const auto count = static_cast<Eigen::Index>(waves_of_boards().size());
   double excess = 0;
   for (std::size_t i = 0; i < design.size(); ++i) {
     if (!design.shows_board(i)) continue;
@@ -238,7 +256,8 @@ BoardTrial BoardFlatness::trial(const Problem& problem, const State& state) cons
     const Eigen::VectorXd along = taken.col(0).cwiseProduct(left.col(0));
     Eigen::VectorXd& score = scores[design.conditions()[i].target];
     if (score.size() == 0) score = Eigen::VectorXd::Zero(count);
-    score += heights_[i].transpose() * along.reshaped(heights_[i].rows(), observables).rowwise().sum();
+    score += heights(design, i).transpose() *
+             along.reshaped(static_cast<Eigen::Index>(design.superpixels()), observables).rowwise().sum();
   }
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
   Eigen::VectorXd sum_of_scores = Eigen::VectorXd::Zero(count);
@@ -281,7 +300,7 @@ std::shared_ptr<const Boards> BoardFlatness::shaped(const Design& design,
   for (std::size_t i = 0; i < design.size(); ++i) {
     result.rows[i].assign(design.rows(), 0);
     if (!design.shows_board(i)) continue;
-    const Eigen::VectorXd height = heights_[i] * values.at(design.conditions()[i].target);
+    const Eigen::VectorXd height = heights(design, i) * values.at(design.conditions()[i].target);
     result.sd += (height.array() - height.mean()).square().mean() / static_cast<double>(design.boards());
     for (std::size_t row = 0; row < design.rows(); ++row)
       result.rows[i][row] = design.shift(i)[row] * height(static_cast<Eigen::Index>(row % design.superpixels()));

@@ -42,6 +42,11 @@ struct BoardTrial {
   bool sure = false;  ///< accepted on its own evidence; false: only if nothing then remains unexplained
 };
 
+/// Point of a board in its own coordinates, which tilt and roll with it.
+struct PlaceOnBoard {
+  double x = 0, y = 0;  ///< m, from its intersection with the optical axis; NaN: not seen
+};
+
 /// Height fields of cosines over the part of each board that any condition sees; smaller for shorter waves.
 class BoardFlatness {
  public:
@@ -55,10 +60,18 @@ class BoardFlatness {
   BoardTrial trial(const Problem& problem, const State& state) const;
 
  private:
+  /// Points at which the superpixels of a condition see its board.
+  struct View {
+    std::vector<PlaceOnBoard> places;  ///< empty without a board
+    double widest = 0;                 ///< m, largest coordinate
+  };
+  /// Superpixels x cosines; computed when needed, since those of all conditions are large.
+  Eigen::MatrixXd heights(const Design& design, std::size_t condition) const;
   std::shared_ptr<const Boards> shaped(const Design& design, const std::map<std::string, Eigen::VectorXd>& scores,
                                        double sd) const;
 
-  std::vector<Eigen::MatrixXd> heights_;                ///< superpixels x cosines, one per condition
+  std::vector<View> views_;                             ///< one per condition
+  std::map<std::string, double> half_width_;            ///< m, of the visible part of each target
   std::map<std::string, Eigen::MatrixXd> information_;  ///< of each target's cosines, position and light projected out
 };
 

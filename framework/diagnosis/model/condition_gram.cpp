@@ -8,19 +8,21 @@
 namespace tofgraph::diagnosis {
 namespace {
 
-/// Columns of one condition over their standard deviations, starting at a row.
-Eigen::MatrixXd weighted(const Problem& problem, std::span<const Column> columns, std::size_t condition,
-                         std::size_t first_row) {
+/// Columns of one condition over their standard deviations.
+Eigen::MatrixXd weighted(const Problem& problem, const Group& group, std::size_t condition) {
+  std::vector<const std::vector<double>*> columns;
+  for (const Column& column : group.columns) columns.push_back(&column[condition]);
+  for (const Column* column : group.borrowed) columns.push_back(&(*column)[condition]);
   const Observations& data = problem.data[condition];
-  const auto rows = columns.empty() ? 0 : static_cast<Eigen::Index>(columns.front()[condition].size());
+  const auto rows = columns.empty() ? 0 : static_cast<Eigen::Index>(columns.front()->size());
   Eigen::MatrixXd result(rows, static_cast<Eigen::Index>(columns.size()));
   for (Eigen::Index r = 0; r < rows; ++r) {
-    const double variance = data.variance[first_row + static_cast<std::size_t>(r)];
+    const double variance = data.variance[group.first_row + static_cast<std::size_t>(r)];
     const double weight = 1 / std::sqrt(variance);
     for (Eigen::Index c = 0; c < result.cols(); ++c)
       result(r, c) = std::isinf(variance)  // the columns may be undefined there
                          ? 0
-                         : weight * columns[static_cast<std::size_t>(c)][condition][static_cast<std::size_t>(r)];
+                         : weight * (*columns[static_cast<std::size_t>(c)])[static_cast<std::size_t>(r)];
   }
   return result;
 }
@@ -76,7 +78,9 @@ Eigen::MatrixXd square_of(const Eigen::MatrixXd& columns) {
 
 void CandidateGram::add_to(Eigen::MatrixXd& sum) const {
   if (!by_superpixel) {
-    sum += whole;
+    Eigen::MatrixXd rest = *whole;
+    rest.noalias() -= taken.transpose() * taken;
+    sum += rest;
     return;
   }
   const Eigen::Index n = diagonals.front().size(), count = taken.cols() / n;
@@ -106,19 +110,20 @@ ConditionGram products_of(const Problem& problem, const State& state, const std:
   const SmoothField* smooth_field = state.nuisances.smooth_field.get();
   const auto superpixels = static_cast<Eigen::Index>(count);
   for (const Group* group : groups) {
-    Eigen::MatrixXd columns = weighted(problem, group->columns, condition, group->first_row);
+    Eigen::MatrixXd columns = weighted(problem, *group, condition);
     Eigen::MatrixXd there = projected.middleRows(static_cast<Eigen::Index>(group->first_row), columns.rows());
     const bool smooth = smooth_field != nullptr && group->first_row == distance;
     // For columns by superpixel the whole inverse is applied to the others, so that these stay diagonal.
     if (smooth) smooth_field->whiten(condition, (group->by_superpixel ? there : columns).topRows(superpixels));
     if (!group->by_superpixel) {
       products.cross.emplace_back(there.transpose() * columns);
-      products.candidates.push_back({false, square_of(columns), {}, {}});
+      products.candidates.push_back(
+          {false, std::make_shared<const Eigen::MatrixXd>(square_of(columns)), {}, Eigen::MatrixXd(0, columns.cols())});
       continue;
     }
     products.cross.push_back(spread_cross(there, columns, superpixels));
     CandidateGram& candidate =
-        products.candidates.emplace_back(CandidateGram{true, {}, spread_diagonals(columns, superpixels), {}});
+        products.candidates.emplace_back(CandidateGram{true, nullptr, spread_diagonals(columns, superpixels), {}});
     candidate.taken.resize(0, columns.cols() * superpixels);
     if (!smooth) continue;
     candidate.taken = smooth_field->taken(condition).cwiseSqrt().asDiagonal() *
@@ -150,13 +155,9 @@ ConditionGram condition_gram_of(const ConditionGram& products, std::span<const S
     const Eigen::MatrixXd there = downdate * cross.middleRows(count, random_directions);
     share.cross.push_back(factor.asDiagonal() * Eigen::MatrixXd(cross - taken.transpose() * there)(kept, Eigen::all));
     CandidateGram candidate = products.candidates[g];
-    if (!candidate.by_superpixel) {
-      candidate.whole.noalias() -= there.transpose() * there;
-    } else {
-      Eigen::MatrixXd all(there.rows() + candidate.taken.rows(), there.cols());
-      all << there, candidate.taken;
-      candidate.taken = std::move(all);
-    }
+    Eigen::MatrixXd all(there.rows() + candidate.taken.rows(), there.cols());
+    all << there, candidate.taken;
+    candidate.taken = std::move(all);
     share.candidates.push_back(std::move(candidate));
   }
   return share;

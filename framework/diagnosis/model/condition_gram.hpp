@@ -5,6 +5,8 @@
 
 #include "diagnosis/model/scan.hpp"
 
+#include <memory>
+
 namespace tofgraph::diagnosis {
 
 /// A column of a condition that belongs to an unknown.
@@ -17,15 +19,15 @@ struct SharedColumn {
 /// Columns of a condition's unknowns: effects, reflectivity of the target, and nuisances shared by conditions.
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own);
 
-/// Gram matrix of a group, columns x columns. For columns by superpixel it is stored as diagonals in D^-1, one per pair
-/// of columns, minus the square of what is projected out.
+/// Gram matrix of a group, columns x columns: the one in D^-1 minus the square of what is projected out. The first is
+/// shared by copies; for columns by superpixel it is stored as diagonals, one per pair of columns.
 struct CandidateGram {
   bool by_superpixel = false;
-  Eigen::MatrixXd whole;
+  std::shared_ptr<const Eigen::MatrixXd> whole;
   std::vector<Eigen::VectorXd> diagonals;
   Eigen::MatrixXd taken;  ///< projected out: directions x columns
 
-  Eigen::Index columns() const { return by_superpixel ? taken.cols() : whole.cols(); }
+  Eigen::Index columns() const { return taken.cols(); }
   void add_to(Eigen::MatrixXd& sum) const;
 };
 

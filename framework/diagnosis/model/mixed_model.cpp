@@ -4,6 +4,8 @@
 
 #include "diagnosis/data/search_settings.hpp"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <boost/math/tools/minima.hpp>
 
 #include <algorithm>
@@ -116,7 +118,10 @@ class VarianceFit {
 
  private:
   NormalEquations equations(const RandomEffectSd& random_sd) {
-    for (std::size_t i = 0; i < grams_.size(); ++i) marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, grams_.size(), 256), [&](const auto& some) {
+      for (std::size_t i = some.begin(); i < some.end(); ++i)
+        marginals_[i] = marginal(grams_[i], random_sd, determinants_[i]);
+    });
     return assemble(marginals_, determinants_, unknowns_);
   }
 

@@ -21,6 +21,7 @@ struct Group {
   /// Each column represents one column per superpixel, which is 0 elsewhere. In scores these are ordered by column,
   /// then by superpixel.
   bool by_superpixel = false;
+  std::vector<const Column*> borrowed = {};  ///< further columns, which another group owns; it must live on
 };
 
 struct Score {

@@ -273,14 +273,15 @@ Alternatives alternatives_missing_in(const Problem& problem, const State& state,
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
   for (std::size_t t = 0; t < state.terms.size(); ++t) builder.add_refinements_of(t, effect);
   Alternatives result = builder.result();
+  const auto own = static_cast<Eigen::Index>(result.group.columns.size());
   std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {
     const Candidate& candidate = *some.list[a].candidate;
     if (is_in(state, candidate) || std::ranges::find(but, &candidate.root()) != but.end()) continue;
     Choice choice = some.choices[a];
     for (Eigen::Index& column : choice.columns) {
-      const auto [at, first] = moved.try_emplace(column, static_cast<Eigen::Index>(result.group.columns.size()));
-      if (first) result.group.columns.push_back(some.group.columns[static_cast<std::size_t>(column)]);
+      const auto [at, first] = moved.try_emplace(column, own + static_cast<Eigen::Index>(result.group.borrowed.size()));
+      if (first) result.group.borrowed.push_back(&some.group.columns[static_cast<std::size_t>(column)]);
       column = at->second;
     }
     result.choices.push_back(std::move(choice));

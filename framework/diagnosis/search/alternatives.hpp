@@ -56,7 +56,7 @@ Alternatives alternatives_of(const Problem& problem, const State& state,
                              std::map<std::string, std::string>& refused);
 
 /// Refinements that the terms of a state lack, and those of `some` whose candidates the state lacks; the changes by the
-/// latter are not recomputed.
+/// latter are borrowed from it.
 Alternatives alternatives_missing_in(const Problem& problem, const State& state, const Alternatives& some,
                                      std::span<const Candidate* const> but = {});
 

@@ -30,8 +30,8 @@ struct Response {
 /// @param dimension number of values that the data determine
 std::shared_ptr<const EstimatedMaps> estimated(const Problem& problem, std::vector<EstimatedMaps::Map> maps,
                                                double dimension) {
-  const auto grid = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(problem.design.superpixels()))));
-  return std::make_shared<const EstimatedMaps>(std::move(maps), dimension, grid, problem.design.camera());
+  return std::make_shared<const EstimatedMaps>(std::move(maps), dimension, problem.design.side(),
+                                               problem.design.camera());
 }
 
 /// @param dimension number of values that the data determine; values beyond the bound of a pixel are clamped

@@ -21,7 +21,7 @@ class Unmeasured {
  public:
   Unmeasured(const Problem& campaign, std::vector<io::Condition> conditions, const NoiseLaw& noise, const State& state)
       : design_(campaign.design.camera_pointer(), campaign.design.physical(), std::move(conditions),
-                campaign.design.superpixels() > 1 ? grid : single),
+                campaign.design.side()),
         problem_{design_, data_, campaign.targets, {}, nuisances_of(design_)} {
     const auto& measured = campaign.design.conditions();
     for (std::size_t i = 0; i < design_.size(); ++i) {

@@ -170,7 +170,7 @@ class PixelFit {
 
   double bound_of(std::size_t m) const { return maps_[m].parameter.bound(design_); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(maps_.size()); }
-  std::size_t block_of(std::size_t pixel) const { return superpixel_of(pixel, height_, width_, grid); }
+  std::size_t block_of(std::size_t pixel) const { return superpixel_of(pixel, height_, width_, design_.side()); }
   std::size_t row(std::size_t observable, std::size_t pixel) const {
     return observable * design_.superpixels() + block_of(pixel);
   }
@@ -179,7 +179,8 @@ class PixelFit {
     std::vector<EstimatedMaps::Map> moved = maps_;
     for (double& value : moved[m].values) value += map_probe;
     State other = state_;
-    other.terms[term_].maps = std::make_shared<const EstimatedMaps>(std::move(moved), 0, grid, design_.camera());
+    other.terms[term_].maps =
+        std::make_shared<const EstimatedMaps>(std::move(moved), 0, design_.side(), design_.camera());
     return forward_model(other.terms, design_.camera(), design_.physical());
   }
 
