@@ -234,7 +234,7 @@ TEST(Diagnose, ShrinksTheGapOfThePublishedTables) {
   const auto of = [&](const char* black) { return reflectivity.at(black).get<double>(); };
   for (const char* black : {"12.5", "25", "50", "75", "100"}) EXPECT_LT(of(black), 0.5) << black;
   EXPECT_LT(std::max(of("75"), of("100")), std::min(of("12.5"), of("25")));
-  // An effect absent from most random halves is marked weak and not named in the verdict.
+  // An effect absent from most random halves is marked weak; the summary lists it apart.
   for (const auto& effect : said.at("effects")) {
     const bool of_few = effect.at("name") == "phase_step_error";
     EXPECT_EQ(effect.at("weak"), of_few) << effect;
