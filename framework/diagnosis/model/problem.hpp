@@ -15,7 +15,6 @@
 #include <cmath>
 #include <memory>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -113,11 +112,13 @@ struct Problem {
     return row >= observable * n && row < (observable + 1) * n;
   }
   /// Rows of an observable whose values are known in a condition.
-  auto known_rows(std::size_t condition, std::size_t observable) const {
+  std::vector<std::size_t> known_rows(std::size_t condition, std::size_t observable) const {
     const std::size_t n = design.superpixels();
-    return std::views::iota(observable * n, (observable + 1) * n) |
-           std::views::filter(
-               [&variance = data[condition].variance](std::size_t row) { return !std::isinf(variance[row]); });
+    std::vector<std::size_t> rows;
+    for (std::size_t row = observable * n; row < (observable + 1) * n; ++row) {
+      if (!std::isinf(data[condition].variance[row])) rows.push_back(row);
+    }
+    return rows;
   }
   /// Factor on a difference of an observable in reports: converts half paths to depths.
   double shown_scale(std::size_t observable, std::size_t condition, std::size_t row) const {
