@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "plugins/filters/offset_range.hpp"
 #include "plugins/filters/offset_rows.hpp"
 
 namespace tofgraph {
@@ -33,18 +34,12 @@ class NearestOffsets {
   /// @param table scattered, must outlive this object
   /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
   NearestOffsets(const physics::OffsetTable& table, std::optional<std::size_t> target) : table_(table) {
-    double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
-    for (const physics::OffsetSample& s : table.samples()) {
-      low = std::min(low, s.depth);
-      high = std::max(high, s.depth);
-      dark = std::fmin(dark, s.reflectivity);
-      bright = std::fmax(bright, s.reflectivity);
-    }
-    if (target) dark = bright = table.knows_reflectivities() ? table.reflectivity(*target) : 1;
-    first_ = static_cast<float>(low * (1 - beyond));
-    last_ = static_cast<float>(high * (1 + beyond));
-    dark_ = static_cast<float>(target ? dark : dark * (1 - 5 * beyond));
-    bright_ = static_cast<float>(target ? bright : bright * (1 + 6 * beyond));
+    OffsetRange range(table);
+    if (target) range.dark = range.bright = table.knows_reflectivities() ? table.reflectivity(*target) : 1;
+    first_ = static_cast<float>(range.first);
+    last_ = static_cast<float>(range.last);
+    dark_ = static_cast<float>(range.dark);
+    bright_ = static_cast<float>(range.bright);
     set_cells();
   }
 
@@ -81,7 +76,6 @@ class NearestOffsets {
   }
 
  private:
-  static constexpr double beyond = 0.05;        ///< relative margin beyond the samples
   static constexpr double max_cells = 1 << 17;  ///< of one time
   static constexpr std::size_t max_kept = 64;   ///< number of times whose cells are kept
 
@@ -117,9 +111,9 @@ class NearestOffsets {
     const double range = double{last_} - double{first_};
     per_metre_ = static_cast<float>(std::max(scale_[0] / side, 1 / range));
     per_time_ = std::max(scale_[2] / side, 1e-3);
-    step_bits_ = octave_bits;
-    while (step_bits_ > least_bits && std::ldexp(scale_[1], step_bits_ - octave_bits) > side) --step_bits_;
-    levels_ = (bits_of(bright_) >> step_bits_) - (bits_of(dark_) >> step_bits_) + 1;
+    cell_bits_ = fraction_bits;
+    while (cell_bits_ > min_cell_bits && std::ldexp(scale_[1], cell_bits_ - fraction_bits) > side) --cell_bits_;
+    levels_ = level_of(bright_) + 1;
     const double depths = std::ceil(range * double{per_metre_});
     depths_ = static_cast<std::uint32_t>(std::min(depths, max_cells));
     return depths * levels_ <= max_cells;
@@ -141,7 +135,11 @@ class NearestOffsets {
 
   std::size_t cell_of(float z, float rho) const {
     const auto row = std::min(static_cast<std::uint32_t>((z - first_) * per_metre_), depths_ - 1);
-    return std::size_t{row} * levels_ + (bits_of(rho) >> step_bits_) - (bits_of(dark_) >> step_bits_);
+    return std::size_t{row} * levels_ + level_of(rho);
+  }
+
+  std::uint32_t level_of(float rho) const {
+    return static_cast<std::uint32_t>((bits_of(rho) >> cell_bits_) - (bits_of(dark_) >> cell_bits_));
   }
 
   /// Counting sort.
@@ -191,9 +189,9 @@ class NearestOffsets {
 
   Cell cell_at(std::size_t number, std::int64_t time_cell) const {
     const auto row = static_cast<double>(number / levels_);
-    const auto bits = static_cast<std::uint32_t>(number % levels_) + (bits_of(dark_) >> step_bits_);
-    const double darkest = std::bit_cast<float>(bits << step_bits_),
-                 brightest = std::bit_cast<float>((bits + 1) << step_bits_);
+    const auto bits = static_cast<std::int32_t>(number % levels_) + (bits_of(dark_) >> cell_bits_);
+    const double darkest = std::bit_cast<float>(bits << cell_bits_),
+                 brightest = std::bit_cast<float>((bits + 1) << cell_bits_);
     Cell cell{.depth = static_cast<float>(double{first_} + (row + 0.5) / double{per_metre_}),
               .reflectivity = static_cast<float>(std::sqrt(darkest * brightest)),
               .time = std::exp((static_cast<double>(time_cell) + 0.5) / per_time_)};
@@ -212,16 +210,15 @@ class NearestOffsets {
     return cell;
   }
 
-  /// Bits of a positive number, whose exponent and leading digits grow like a logarithm.
-  static std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
-  static constexpr int octave_bits = 23, least_bits = 16;
+  static constexpr int fraction_bits = 23;  ///< of a float: a cell of as many is an octave
+  static constexpr int min_cell_bits = 16;
 
   const physics::OffsetTable& table_;
   std::array<double, 3> scale_{};                       // units per metre, per 1 of ln reflectivity and of ln time
   float first_ = 0, last_ = 0, dark_ = 0, bright_ = 0;  // range of depths (m) and reflectivities
   float per_metre_ = 1;                                 // cells per metre of depth
   double per_time_ = 1;                                 // cells per 1 of ln time
-  int step_bits_ = octave_bits;                         // binary digits of a reflectivity within a cell
+  int cell_bits_ = fraction_bits;                       // binary digits of a reflectivity within a cell
   std::uint32_t depths_ = 1, levels_ = 1;               // numbers of cells
   mutable std::mutex turn_;                             // of `kept_`
   mutable std::unordered_map<std::int64_t, std::unordered_map<std::size_t, std::shared_ptr<const Cell>>> kept_;

@@ -16,6 +16,7 @@
 #include <set>
 #include <vector>
 
+#include "plugins/filters/offset_range.hpp"
 #include "plugins/filters/offset_rows.hpp"
 
 namespace tofgraph {
@@ -29,21 +30,16 @@ class OffsetGrid {
   OffsetGrid() = default;
   /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
   OffsetGrid(const physics::OffsetTable& table, std::optional<std::size_t> target) : id_(next_id()), target_(target) {
-    std::set<double> times;
-    double low = 1e9, high = 0, dark = 1e9, bright = 1e-9;
-    for (const physics::OffsetSample& s : table.samples()) {
-      if (target && s.target != *target) continue;
-      times.insert(s.integration_time);
-      low = std::min(low, s.depth);
-      high = std::max(high, s.depth);
-      dark = std::fmin(dark, s.reflectivity);
-      bright = std::fmax(bright, s.reflectivity);
-    }
-    first_ = static_cast<float>(low * (1 - beyond));
-    per_metre_ = static_cast<float>((depths - 1) / (high * (1 + beyond) - low * (1 - beyond)));
+    const OffsetRange range(table, target);
+    first_ = static_cast<float>(range.first);
+    per_metre_ = static_cast<float>((depths - 1) / (range.last - range.first));
     if (!target) {
-      base_ = bits_of(dark * (1 - 5 * beyond)) >> step_bits << step_bits;
-      levels_ = static_cast<std::size_t>((bits_of(bright * (1 + 6 * beyond)) - base_) >> step_bits) + 2;
+      base_ = bits_of(static_cast<float>(range.dark)) >> step_bits << step_bits;
+      levels_ = static_cast<std::size_t>((bits_of(static_cast<float>(range.bright)) - base_) >> step_bits) + 2;
+    }
+    std::set<double> times;
+    for (const physics::OffsetSample& s : table.samples()) {
+      if (!target || s.target == *target) times.insert(s.integration_time);
     }
     const bool scattered = table.shape() == physics::OffsetTable::Shape::scattered;
     if (scattered) times = {*times.begin(), *times.rbegin()};
@@ -81,7 +77,7 @@ class OffsetGrid {
  private:
   static constexpr std::int32_t depths = 1024;
   static constexpr int step_bits = OffsetPlane::step_bits;
-  static constexpr double beyond = 0.05;  ///< relative margin of the grid beyond the samples
+  static constexpr double beyond = OffsetRange::beyond;
 
   /// Nodes of one or more times.
   struct Nodes {
@@ -109,7 +105,6 @@ class OffsetGrid {
     static std::atomic<std::uint64_t> last = 0;
     return ++last;
   }
-  static std::int32_t bits_of(double value) { return std::bit_cast<std::int32_t>(static_cast<float>(value)); }
 
   const float* errors_of(std::size_t plane) const {
     return nodes_.errors.data() + (planes_ == 1 ? 0 : plane) * depths * levels_;

@@ -28,7 +28,8 @@ std::vector<bool> on_board(const io::Condition& condition, std::span<const simul
 // ---- From captures to observations ----
 
 /// Superpixels per row and per column, `grid` or fewer, so that those of all conditions together stay below a limit:
-/// their memory and time then hardly grow with the campaign. At least 4, which still resolve a tilt from a curvature.
+/// their memory and time then hardly grow with the campaign. At least 4, which still distinguish a tilt from a
+/// curvature.
 std::size_t superpixel_grid(std::size_t conditions, std::size_t limit = settings.max_superpixels);
 
 /// Standard deviation between the frames of a condition over that of the profile's noise.
