@@ -18,6 +18,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -61,7 +62,7 @@ ForeignFrames::ForeignFrames(const graph::PluginRegistry& registry, ForeignReque
   set_channels();
   count_frames();
   read_per_frame();
-  refused_.resize(channels_.size());
+  values_.resize(channels_.size());
 }
 
 std::shared_ptr<const ForeignFile> ForeignFrames::opened(const std::filesystem::path& path) {
@@ -141,7 +142,8 @@ void ForeignFrames::set_channels() {
     if (layout.channel == "phases") channel.extent = {exposures, c.height, c.width};
     if (layout.channel == "points") channel.extent.push_back(3);
     const bool rounded = array.kind == TOFGRAPH_ELEMENT_FLOAT && channel.type != TOFGRAPH_TYPE_F32;
-    lengths = lengths || is_length_channel(layout.channel) || !layout.invalid.empty() || rounded;
+    lengths =
+        lengths || is_length_channel(layout.channel) || !layout.invalid.empty() || !layout.status.empty() || rounded;
     channels_.push_back(std::move(channel));
   }
   check_scattered();
@@ -279,7 +281,7 @@ void ForeignFrames::read(std::uint64_t frame, std::size_t channel, void* out, st
   convert(frame, channel, out, flags);
   if (channels_[channel].name == "points")
     mark_invalid_points(static_cast<float*>(out), flags, std::uint64_t{camera().width} * camera().height,
-                        refused_[channel]);
+                        values_[channel].refused);
 }
 
 void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
@@ -290,6 +292,14 @@ void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out,
   const FileArray& array = opened_->arrays()[source.array];
   const ForeignChannel& made = channels_[channel];
   const std::string_view name = made.name;
+  ChannelValues& seen = values_[channel];
+  ++seen.frames;
+  // Codes are looked for in the first frames, and later in frames that double in number.
+  if (array.kind != TOFGRAPH_ELEMENT_FLOAT && (is_length_channel(name) || name == "phases") &&
+      (frame < 8 || std::has_single_bit(frame))) {
+    ++seen.examined;
+    for (const auto& [value, count] : suspected_codes_of(array, buffer_, source.layout)) seen.codes[value] += count;
+  }
   scatter(array, in, source.steps,
           {.type = made.type,
            .scale = source.scale,
@@ -297,9 +307,11 @@ void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out,
            .mask = source.layout.mask,
            .signed_bits = source.layout.signed_bits,
            .first = source.first,
+           .status = source.layout.status,
            .invalid = source.layout.invalid,
            .is_length = is_length_channel(name) && name != "points",
-           .refused = &refused_[channel],
+           .refused = &seen.refused,
+           .dropped = &seen.dropped,
            .pixels = std::uint64_t{camera().width} * camera().height,
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);

@@ -42,8 +42,8 @@ class ForeignFrames {
   tofgraph_metadata metadata(std::uint64_t frame) const;
   /// Reads one channel of a frame. @param flags of its pixels; the flag of invalid pixels is added
   void read(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
-  /// Number of lengths rejected in the frames read so far although they have no code for "no measurement".
-  const io::RefusedLengths& refused(std::size_t channel) const { return refused_[channel]; }
+  /// Doubts about the values of a channel in the frames read so far, each one sentence with the settings that help.
+  std::vector<std::string> doubts(std::size_t channel) const;
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
@@ -58,6 +58,13 @@ class ForeignFrames {
     std::uint64_t elements = 1;  // per frame
     double scale = 1;
     bool scattered = false;  // unordered points, or values of such points
+  };
+  /// Values of a channel in the frames that were examined.
+  struct ChannelValues {
+    io::RefusedLengths refused;  // lengths that are no measurement and no stated code
+    DroppedBits dropped;
+    std::map<double, std::uint64_t> codes;   // suspected codes and their number
+    std::uint64_t frames = 0, examined = 0;  // examined for codes
   };
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
@@ -89,7 +96,7 @@ class ForeignFrames {
   std::vector<std::uint64_t> first_frame_;  // of each file; frames are counted over the series
   std::vector<ForeignChannel> channels_;
   std::vector<Source> sources_;
-  std::vector<io::RefusedLengths> refused_;                                            // by channel
+  std::vector<ChannelValues> values_;                                                  // by channel
   std::vector<double> integration_time_, modulation_frequency_, time_since_power_on_;  // one, per frame, or none
   std::vector<std::int64_t> timestamp_ns_;                                             // per frame; empty: none
   std::vector<std::uint64_t> numbers_;  // from the file names of a series; empty: none

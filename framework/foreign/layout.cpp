@@ -6,6 +6,7 @@
 #include "io/unknown.hpp"
 
 #include <tofgraph/format.h>
+#include <tofgraph/channels.hpp>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -63,6 +64,25 @@ std::vector<double> numbers_of(const config::Entry& entry, config::Diagnostics& 
   return values;
 }
 
+/// Keys of a channel that state status bits, named like the flags.
+constexpr std::pair<const char*, std::uint16_t> status_keys[] = {
+    {"saturated", flag::saturated},   {"inconsistent", flag::inconsistent},
+    {"low_signal", flag::low_signal}, {"wrapped", flag::wrapped},
+    {"mixed", flag::mixed},           {"bad_pixel", flag::bad_pixel | flag::invalid},
+    {"invalid_bits", flag::invalid}};
+
+std::optional<std::uint64_t> read_bits(config::Reader& reader, const char* key, const char* example,
+                                       config::Diagnostics& diagnostics) {
+  const config::Entry* entry = reader.take(key);
+  if (entry == nullptr) return std::nullopt;
+  const auto bits = whole_number(entry->value.text);
+  if (!bits || *bits == 0)
+    diagnostics.error(entry->value.at,
+                      fmt::format("'{}' must be the bits of a whole number, found {}", key, entry->value.described()),
+                      fmt::format("example: {}: {}", key, example));
+  return bits;
+}
+
 ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diagnostics) {
   ChannelLayout channel{.channel = entry.key};
   const std::vector<std::string> known(std::begin(layout_channels), std::end(layout_channels));
@@ -82,16 +102,28 @@ ChannelLayout read_channel(const config::Entry& entry, config::Diagnostics& diag
                         fmt::format("names: {}; example: axes: frame row column", fmt::join(axis_names, ", ")));
   }
   if (const config::Entry* invalid = reader.take("invalid")) channel.invalid = numbers_of(*invalid, diagnostics);
-  if (const config::Entry* mask = reader.take("mask")) {
-    channel.mask = whole_number(mask->value.text);
-    if (!channel.mask)
-      diagnostics.error(mask->value.at, fmt::format("'mask' must be a whole number, found {}", mask->value.described()),
-                        "example: mask: 0x0fff");
+  std::ranges::sort(channel.invalid);
+  channel.mask = read_bits(reader, "mask", "0x0fff", diagnostics);
+  std::uint64_t status = 0;
+  for (const auto& [key, flags] : status_keys) {
+    const auto bits = read_bits(reader, key, "0x8000", diagnostics);
+    if (!bits) continue;
+    channel.status.push_back({*bits, flags});
+    status |= *bits;
+    if (channel.mask && (*channel.mask & *bits) != 0)
+      diagnostics.error(
+          entry.at,
+          fmt::format("channel '{}' has the bits {:#x} in 'mask' and in '{}'", entry.key, *channel.mask & *bits, key),
+          "a bit belongs to the value or is a status bit: mask: 0x0fff, saturated: 0x8000");
   }
   channel.signed_bits = static_cast<std::uint32_t>(reader.whole_number("signed_bits", "12", 0, 2, 32));
   if (channel.mask && channel.signed_bits != 0)
     diagnostics.error(entry.at, fmt::format("channel '{}' has 'mask' and 'signed_bits'", entry.key),
                       "give one: signed_bits: 12 is mask: 0x0fff, with the twelfth bit as the sign");
+  if (channel.signed_bits != 0 && status % (std::uint64_t{1} << channel.signed_bits) != 0)
+    diagnostics.error(entry.at, fmt::format("channel '{}' has status bits among its 'signed_bits'", entry.key),
+                      "a bit belongs to the value or is a status bit: signed_bits: 12, saturated: 0x8000");
+  if (status != 0 && !channel.mask && channel.signed_bits == 0) channel.mask = ~status;
   if (const config::Entry* reversed = reader.take("reversed")) {
     const auto parsed = parse_axes(joined(reversed->value));
     if (parsed && std::ranges::all_of(*parsed, [](Axis axis) { return axis == Axis::row || axis == Axis::column; }))

@@ -23,6 +23,12 @@ inline constexpr std::string_view axis_names[] = {"frame", "exposure", "tap", "r
 std::optional<std::vector<Axis>> parse_axes(std::string_view names);
 std::string axes_text(const std::vector<Axis>& axes);
 
+/// Status bits of a stored integer, and the flags of the pixels in which any of them is set.
+struct StatusBits {
+  std::uint64_t bits = 0;
+  std::uint16_t flags = 0;
+};
+
 /// Channel of the capture and the array from which it is read.
 struct ChannelLayout {
   std::string channel;                ///< depth, amplitude, phases, ...
@@ -31,6 +37,7 @@ struct ChannelLayout {
   std::string unit;                   ///< size of a value of 1, "mm" or "0.1 mm"; empty: as in the file
   std::vector<double> invalid;        ///< "no measurement": values before mask and zero, after signed_bits
   std::optional<std::uint64_t> mask;  ///< bits of a value that are used
+  std::vector<StatusBits> status;     ///< bits beside the value; not used for it
   std::uint32_t signed_bits = 0;      ///< lowest bits of a value, two's complement; 0: the type's own sign
   std::vector<Axis> reversed;         ///< row or column, if opposite to the camera's
   double zero = 0;                    ///< subtracted from the values

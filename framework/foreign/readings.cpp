@@ -109,6 +109,25 @@ std::vector<double> numbers_of(const FileArray& array, const std::vector<std::ui
   return values;
 }
 
+std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                                  const ChannelLayout& layout) {
+  std::vector<double> values = numbers_of(array, bytes);
+  if (layout.signed_bits != 0) {  // two's complement in the lowest bits
+    const double sign = std::exp2(layout.signed_bits - 1);
+    for (double& v : values) v = v - 2 * sign * std::floor((v + sign) / (2 * sign));
+  }
+  std::erase_if(values, [&](double v) { return std::ranges::binary_search(layout.invalid, v); });
+  double largest = limits_of(array, layout.signed_bits).second;
+  if (layout.mask && std::isfinite(largest)) {
+    const auto masked = [&](double v) {
+      return static_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(v)) & *layout.mask);
+    };
+    std::ranges::transform(values, values.begin(), masked);
+    largest = masked(largest);
+  }
+  return io::suspected_codes(std::move(values), largest);
+}
+
 ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
   const FileArray& array = file.arrays()[index];
   ValueRange range{.low = std::numeric_limits<double>::infinity()};
@@ -169,6 +188,10 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
     refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
     refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
+  for (const StatusBits& status : layout.status) {
+    if (array.kind == TOFGRAPH_ELEMENT_FLOAT || (array.bytes < 8 && status.bits >> (8 * array.bytes) != 0))
+      refuse(fmt::format("has the status bits {:#x}, but its values are {}", status.bits, element_text(array)));
+  }
   const auto [low, high] = limits_of(array, layout.signed_bits);
   for (const double code : layout.invalid) {
     if (code >= low && code <= high && (array.kind == TOFGRAPH_ELEMENT_FLOAT || code == std::floor(code))) continue;

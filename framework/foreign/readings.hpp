@@ -5,6 +5,7 @@
 
 #include "foreign/foreign_file.hpp"
 #include "foreign/layout.hpp"
+#include "io/codes.hpp"
 
 #include <tofgraph/plugin.h>
 
@@ -29,6 +30,9 @@ struct ValueRange {
 ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);
 /// Converts the elements of an array to double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
+/// Values of a channel, without codes for "no measurement", that are probably codes. @param bytes of the array
+std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                                  const ChannelLayout& layout);
 
 /// SI value of one unit. @param where file name for messages @throws ForeignError for a unit of another dimension
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where);

@@ -50,12 +50,9 @@ template <class T, class U> class Scatter {
     for (std::uint64_t i = 0; i < count; ++i) {
       const T given = element<T>(in_, from + i);
       const std::uint64_t at = to + i * step;
-      if (is_invalid(given)) {
-        out_[at] = nothing();
-        if (flags_ != nullptr) flags_[at / c_.per_pixel % c_.pixels] |= flag::invalid;
-        continue;
-      }
-      out_[at] = converted(number_of(given));
+      const std::uint16_t found = flags_of(given);
+      if (found != 0 && flags_ != nullptr) flags_[at / c_.per_pixel % c_.pixels] |= found;
+      out_[at] = (found & flag::invalid) != 0 ? nothing() : converted(number_of(given));
     }
   }
 
@@ -109,14 +106,30 @@ template <class T, class U> class Scatter {
   void count_refused(float length) const {
     if (c_.is_length && c_.refused != nullptr) c_.refused->add(length);
   }
-  bool is_invalid(T value) const {
+  std::uint16_t flags_of(T value) const {
     const double code = c_.signed_bits != 0 ? number_of(value) : static_cast<double>(value);
-    if (std::ranges::find(c_.invalid, code) != c_.invalid.end()) return true;
+    if (std::ranges::binary_search(c_.invalid, code)) return flag::invalid;
+    std::uint16_t flags = 0;
+    if constexpr (std::is_integral_v<T>) {
+      const std::uint64_t word = static_cast<std::make_unsigned_t<T>>(value);
+      std::uint64_t dropped = c_.mask ? word & ~*c_.mask : 0;
+      for (const StatusBits& status : c_.status) {
+        if ((word & status.bits) != 0) flags |= status.flags;
+        dropped &= ~status.bits;
+      }
+      if (dropped != 0 && c_.dropped != nullptr) {
+        c_.dropped->bits |= dropped;
+        ++c_.dropped->count;
+      }
+    }
+    return (flags & flag::invalid) != 0 || is_measurement(value) ? flags : flags | flag::invalid;
+  }
+  bool is_measurement(T value) const {
     const auto si = static_cast<float>((number_of(value) - c_.zero) * c_.scale);
     bool valid = !c_.is_length || is_valid_length(si);
     if constexpr (std::is_floating_point_v<T>) valid = valid && std::isfinite(value);
     if (!valid) count_refused(si);
-    return !valid;
+    return valid;
   }
   U converted(double value) const {
     const double shifted = value - c_.zero;
@@ -167,6 +180,9 @@ std::vector<AxisStep> merged(std::span<const AxisStep> steps) {
 void scatter(const FileArray& array, const std::uint8_t* in, std::span<const AxisStep> stated, const Conversion& c,
              void* out, std::uint16_t* flags) {
   const std::vector<AxisStep> steps = merged(stated);
+  std::uint64_t words = 1;
+  for (const AxisStep& axis : steps) words *= axis.extent;
+  if (c.dropped != nullptr) c.dropped->words += words;
   const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
   if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
     return array.bytes == 4 ? scatter_from<float>(in, steps, c, out, flags)

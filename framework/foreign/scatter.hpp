@@ -4,6 +4,7 @@
 #pragma once
 
 #include "foreign/foreign_file.hpp"
+#include "foreign/layout.hpp"
 #include "io/refused_lengths.hpp"
 
 #include <cstdint>
@@ -17,6 +18,12 @@ struct AxisStep {
   std::uint64_t extent = 1, step = 0;
 };
 
+/// Words with bits that neither belong to the value nor are stated as status bits.
+struct DroppedBits {
+  std::uint64_t bits = 0;  ///< all bits that were set
+  std::uint64_t count = 0, words = 0;
+};
+
 /// Conversion of values.
 struct Conversion {
   std::uint32_t type = TOFGRAPH_TYPE_F32;   ///< of the channel: F32, U16, I16, I32
@@ -24,9 +31,11 @@ struct Conversion {
   std::optional<std::uint64_t> mask;        ///< used bits of integers
   std::uint32_t signed_bits = 0;            ///< lowest bits, a number in two's complement; 0: all, by the type
   std::uint64_t first = 0;                  ///< index in the output of the first input element
-  std::span<const double> invalid;          ///< values that mean "no measurement"
+  std::span<const StatusBits> status;       ///< set flags
+  std::span<const double> invalid;          ///< values that mean "no measurement", ascending
   bool is_length = false;                   ///< values outside (0, max_length] are invalid
   io::RefusedLengths* refused = nullptr;    ///< counts such lengths except those in `invalid`; may be null
+  DroppedBits* dropped = nullptr;           ///< counts bits that are dropped by the mask; may be null
   std::uint64_t pixels = 0, per_pixel = 1;  ///< per image; contiguous elements per pixel
 };
 

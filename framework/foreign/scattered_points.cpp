@@ -62,7 +62,7 @@ void ForeignFrames::read_scattered(std::uint64_t frame, std::size_t channel, voi
   convert(frame, channel, values.data(), nullptr);
   auto* image = static_cast<float*>(out);
   place(at, values, source.elements / at.size(), std::numeric_limits<float>::quiet_NaN(), image, pixels);
-  if (channels_[channel].name == "points") mark_invalid_points(image, flags, pixels, refused_[channel]);
+  if (channels_[channel].name == "points") mark_invalid_points(image, flags, pixels, values_[channel].refused);
 }
 
 void ForeignFrames::check_scattered() const {

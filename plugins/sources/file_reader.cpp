@@ -103,15 +103,8 @@ struct FileReader final : Source {
   }
 
   void finish() const {
-    for (std::size_t i = 0; i < frames_->channels().size(); ++i) {
-      const foreign::ForeignChannel& channel = frames_->channels()[i];
-      const io::RefusedLengths& refused = frames_->refused(i);
-      const std::size_t pixels = std::size_t{frames_->camera().width} * frames_->camera().height;
-      if (refused.count > 0)
-        warn(refused.sentence(channel.name, next_ * pixels, config::counted(next_, "frame")) +
-             "; if they mean invalid pixels, state it, e.g. " +
-             (refused.zero == refused.count ? "invalid: [0]" : "invalid: [-1]"));
-    }
+    for (std::size_t i = 0; i < frames_->channels().size(); ++i)
+      for (const std::string& doubt : frames_->doubts(i)) warn(doubt);
   }
 
  private:
@@ -177,7 +170,10 @@ struct FileReader final : Source {
     const bool lengths = std::ranges::any_of(result.channels, is_length);
     for (foreign::ChannelLayout& channel : result.channels) {
       if (unit.given() && (is_length(channel) || result.channels.size() == 1)) channel.unit = std::string(*unit);
-      if (invalid.given() && (is_length(channel) || !lengths)) channel.invalid = *invalid;
+      if (invalid.given() && (is_length(channel) || !lengths)) {
+        channel.invalid = *invalid;
+        std::ranges::sort(channel.invalid);
+      }
       if (!axes.given()) continue;
       const auto parsed = foreign::parse_axes(std::string(*axes));
       if (!parsed)

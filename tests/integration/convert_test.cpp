@@ -16,6 +16,7 @@
 
 using namespace tofgraph::tests;
 using testing::HasSubstr;
+using testing::Not;
 
 namespace {
 
@@ -296,6 +297,58 @@ TEST_F(Convert, SignedBitsAndReversedAxesAreReadAsALayoutSays) {
   EXPECT_THAT(layout(", signed_bits: 20", "axes: row column").err,
               HasSubstr("signed_bits: 20, but its values are uint16"));
   EXPECT_THAT(layout("", "axes: row column, reversed: tap").err, HasSubstr("'reversed' must be axes of the image"));
+}
+
+/// Twelve bits of value below a status bit; two dead pixels have the largest value.
+TEST_F(Convert, StatusBitsBecomeFlagsAndUnstatedOnesAreReported) {
+  std::string dump;
+  for (std::size_t i = 0; i < 4 * small_pixels; ++i) {
+    const std::size_t p = i % small_pixels;
+    const unsigned word = p == 10 || p == 11 ? 4095U : static_cast<unsigned>(1000 + i) | (i == 50 ? 0x8000U : 0U);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [4, 6, 8]}\n"
+               "channels:\n  phases: {array: raw, axes: exposure row column" +
+                   keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  const Outcome dropped = layout(", mask: 0x0fff");
+  ASSERT_EQ(dropped.exit_code, 0) << dropped.err;
+  EXPECT_THAT(dropped.err, HasSubstr("bit 15 is set in 1 of 192 words of phases and dropped by mask: 0x0fff"));
+  EXPECT_THAT(dropped.err, HasSubstr("e.g. saturated: 0x8000"));
+  EXPECT_THAT(dropped.err, HasSubstr("8 of 192 values of phases in 1 frame are 4095"));
+  EXPECT_THAT(dropped.err, HasSubstr("--invalid 4095"));
+  const Outcome stated = layout(", mask: 0x0fff, saturated: 0x8000, invalid: 4095");
+  ASSERT_EQ(stated.exit_code, 0) << stated.err;
+  EXPECT_THAT(stated.err, Not(HasSubstr("warning")));
+  const auto phases = frames<std::int32_t>("phases");
+  EXPECT_EQ(phases[50], 1050) << "the value below the status bit";
+  const auto flags = frames<std::uint16_t>("flags");
+  for (std::size_t p = 0; p < small_pixels; ++p) EXPECT_EQ(flags[p], p == 2 ? 2 : p == 10 || p == 11 ? 1 : 0) << p;
+  EXPECT_EQ(layout(", saturated: 0x8000, invalid: 4095").exit_code, 0);
+  EXPECT_EQ(frames<std::int32_t>("phases"), phases) << "status bits are not part of the value";
+  ASSERT_EQ(layout(", mask: 0x0fff, invalid_bits: 0x8000, invalid: 4095").exit_code, 0);
+  EXPECT_EQ(frames<std::uint16_t>("flags")[2], 1);
+  EXPECT_THAT(layout(", mask: 0x0fff, saturated: 0x0800").err,
+              HasSubstr("the bits 0x800 in 'mask' and in 'saturated'"));
+}
+
+/// 65535 of an overflow, and a repeated 4095 beside millimetres of a wall.
+TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
+  cv::Mat image(6, 8, CV_16U);
+  for (int i = 0; i < 48; ++i) image.at<std::uint16_t>(i / 8, i % 8) = static_cast<std::uint16_t>(1500 + i);
+  for (int i = 0; i < 12; ++i) image.at<std::uint16_t>(i / 8, i % 8) = 4095;
+  image.at<std::uint16_t>(5, 7) = 65535;
+  for (const char* name : {"d_1.png", "d_2.png"}) cv::imwrite(path(name).string(), image);
+  const std::string err = convert("d_1.png d_2.png --as depth --unit mm --invalid 0").err;
+  EXPECT_THAT(err, HasSubstr("24 of 96 values of depth in 2 frames are 4095"));
+  EXPECT_THAT(err, HasSubstr("2 of 96 values of depth in 2 frames are 65535"));
+  EXPECT_THAT(err, HasSubstr("--invalid 0,4095,65535 "));
+  EXPECT_THAT(convert("d_1.png d_2.png --as depth --unit mm --invalid 65535,0,4095").err, Not(HasSubstr("warning")));
 }
 
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {

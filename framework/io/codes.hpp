@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file Values of an image that are probably codes, such as 65535 of an overflow, and not measurements.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace tofgraph::io {
+
+struct SuspectedCode {
+  double value = 0;
+  std::size_t count = 0;  ///< number of elements with this value
+};
+
+/// Returns the largest value of the type if it occurs, and values that occur ten times or more without any similar
+/// value (within 0.1 %) if they are 2^n - 1 or far above the other values; ascending.
+/// @param values positive ones are examined @param largest value of an integer type; infinity: real numbers
+std::vector<SuspectedCode> suspected_codes(std::vector<double> values, double largest);
+
+}  // namespace tofgraph::io
