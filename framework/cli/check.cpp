@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/campaign.hpp"
 #include "cli/commands.hpp"
+#include "foreign/layout.hpp"
 #include "graph/checking.hpp"
 
 #include "io/campaign.hpp"
@@ -81,14 +82,23 @@ std::string check_campaign(const config::Value& document, config::Diagnostics& d
   return "the campaign is valid, " + config::counted(conditions, "condition");
 }
 
+std::string check_layout(const config::Value& document, config::Diagnostics& diagnostics, const Common&) {
+  const foreign::Layout layout = foreign::read_layout(document, diagnostics);
+  if (const config::Entry* camera = document.find("camera")) io::find_camera(camera->value, diagnostics);
+  return "the layout is valid, " + config::counted(layout.channels.size(), "channel");
+}
+
 /// Check of one kind of file; returns the message for a valid one.
 struct Kind {
   std::string_view key;
   std::string (*check)(const config::Value& document, config::Diagnostics& diagnostics, const Common& common);
 };
 
-constexpr Kind kinds[] = {
-    {"profile", check_profile}, {"scene", check_scene}, {"model", check_model}, {"campaign", check_campaign}};
+constexpr Kind kinds[] = {{"profile", check_profile},
+                          {"scene", check_scene},
+                          {"model", check_model},
+                          {"campaign", check_campaign},
+                          {"layout", check_layout}};
 
 /// Checks a file according to the kind given by its first key.
 int check(const PipelineArguments& arguments, bool force, const Common& common) {
@@ -115,7 +125,7 @@ int check(const PipelineArguments& arguments, bool force, const Common& common) 
 void add_check(CLI::App& app, Common& common) {
   auto arguments = std::make_shared<PipelineArguments>();
   CLI::App* command = app.add_subcommand(
-      "check", "Report every error in a pipeline, profile, scene, model or campaign, without running it");
+      "check", "Report every error in a pipeline, profile, scene, model, campaign or layout, without running it");
   command->footer("Example: tofgraph check pipelines/quickstart.yaml --set clouds.encoding=ascii --force");
   arguments->add_to(*command);
   auto force = std::make_shared<bool>(false);

@@ -109,7 +109,7 @@ int convert_camera(const ConvertArguments& arguments, const Common& common) {
 
 int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.inspect) {
-    const InspectFileArguments inspect{arguments.reading.files, common.plugin_folders};
+    const InspectFileArguments inspect{arguments.reading.files, arguments.reading.layout, common.plugin_folders};
     return run_module("convert", &inspect);
   }
   if (arguments.out.empty())

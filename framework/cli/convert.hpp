@@ -14,6 +14,7 @@ namespace tofgraph::cli {
 
 struct InspectFileArguments {
   std::vector<std::string> files;
+  std::string layout;  ///< file; empty: none
   std::vector<std::filesystem::path> plugin_folders;
 };
 

@@ -5,6 +5,7 @@
 #include "config/diagnostics.hpp"
 #include "config/log.hpp"
 #include "config/quantity.hpp"
+#include "foreign/headerless_file.hpp"
 #include "foreign/readings.hpp"
 #include "foreign/series.hpp"
 
@@ -33,7 +34,12 @@ std::string likely_channel(const FileArray& array) {
   return "";
 }
 
-void print_array(const ForeignFile& file, std::size_t index) {
+std::string percent(double share) {  // two significant digits
+  return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
+
+/// @param with_bits prints the bits that are set in any integer
+void print_array(const ForeignFile& file, std::size_t index, bool with_bits) {
   const FileArray& array = file.arrays()[index];
   fmt::print("  {:<20} {:<8} {:<18}", array.name.empty() ? "(one array)" : array.name, element_text(array),
              shape_text(array));
@@ -44,10 +50,15 @@ void print_array(const ForeignFile& file, std::size_t index) {
   } catch (const ForeignError& error) {  // others can be read
     return fmt::print(" {}\n", error.what());
   }
-  if (range.found) fmt::print(" {:.6g} to {:.6g}", range.low, range.high);
-  fmt::print("{}, {:.0f} % zeros", range.found ? "" : " nothing above 0", 100 * range.zeros);
-  if (range.negative > 0) fmt::print(", {:.2g} % negative", 100 * range.negative);
-  if (range.no_numbers > 0) fmt::print(", {:.2g} % NaN or infinite", 100 * range.no_numbers);
+  if (range.minimum <= range.maximum) fmt::print(" {:.6g} to {:.6g}", range.minimum, range.maximum);
+  if (array.elements() >= 1000 && range.found && (range.low != range.minimum || range.high != range.maximum))
+    fmt::print(", 98 % of the positive within {:.6g} to {:.6g}", range.low, range.high);
+  fmt::print("{}, {} zeros", range.found ? "" : ", nothing above 0", percent(range.zeros));
+  if (range.negative > 0) fmt::print(", {} negative", percent(range.negative));
+  if (range.no_numbers > 0) fmt::print(", {} NaN or infinite", percent(range.no_numbers));
+  for (const io::SuspectedCode& code : range.codes)
+    fmt::print(", {} times {}: probably a code, --invalid {}", code.count, code.value, code.value);
+  if (with_bits && range.bits != 0) fmt::print(", bits set {:#x}", range.bits);
   if (!array.unit.empty()) fmt::print(", in {}", array.unit);
   if (!array.text.empty()) fmt::print("  ({})", array.text);
   fmt::print("\n");
@@ -78,22 +89,33 @@ void print_layout(const ForeignFile& file) {
     } catch (const ForeignError&) {  // reported beside the array
     }
     if (!range.found) continue;
-    fmt::print("\nIf '{}' is a length, its values are\n", array.name);
+    fmt::print("\nIf {} is a length, its values are\n", array.name.empty() ? "the array" : "'" + array.name + "'");
     for (const std::string& line : unit_readings(range)) fmt::print("  {}\n", line);
+  }
+}
+
+/// Opens a file with its format, or as its layout describes. @throws ForeignError
+ForeignFile opened(const Formats& formats, const std::filesystem::path& path, const Layout& layout) {
+  if (layout.headerless.empty()) return {formats, path};
+  try {
+    return {path, std::make_shared<HeaderlessFile>(path, layout)};
+  } catch (const std::runtime_error& error) {
+    throw ForeignError(fmt::format("{}: the file {}", path.string(), error.what()));
   }
 }
 
 int inspect(const InspectFileArguments& arguments) {
   const graph::PluginRegistry registry(arguments.plugin_folders);
   const Formats formats(registry);
+  const Layout layout = arguments.layout.empty() ? Layout() : read_layout(arguments.layout);
   try {
     for (const std::string& pattern : arguments.files) {
       for (const auto& path : files_of(pattern)) {
-        const ForeignFile file(formats, path);
+        const ForeignFile file = opened(formats, path, layout);
         fmt::print("{}: format {}, {}\n", path.string(), file.format(), config::counted(file.arrays().size(), "array"));
-        for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i);
+        for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i, !arguments.layout.empty());
         if (!file.profile().empty()) fmt::print("  with a camera profile\n");
-        if (arguments.files.size() == 1) print_layout(file);
+        if (arguments.files.size() == 1 && arguments.layout.empty()) print_layout(file);
         if (pattern.find_first_of("*?") != std::string::npos) break;  // the first of a series
       }
     }

@@ -223,9 +223,7 @@ std::string axes_text(const std::vector<Axis>& axes) {
   return text;
 }
 
-Layout read_layout(const std::filesystem::path& file) {
-  const config::Value document = config::load_document(file);
-  config::Diagnostics diagnostics;
+Layout read_layout(const config::Value& document, config::Diagnostics& diagnostics) {
   config::check_version(document, "layout", 1, diagnostics);
   Layout layout;
   config::Reader reader(document, diagnostics, "the layout");
@@ -258,6 +256,12 @@ Layout read_layout(const std::filesystem::path& file) {
       layout.headerless.push_back(read_headerless(entry, diagnostics));
   }
   reader.finish();
+  return layout;
+}
+
+Layout read_layout(const std::filesystem::path& file) {
+  config::Diagnostics diagnostics;
+  Layout layout = read_layout(config::load_document(file), diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   return layout;
 }

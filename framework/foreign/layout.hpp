@@ -68,6 +68,8 @@ struct Layout {
   std::vector<HeaderlessArray> headerless;          ///< not empty: the file has no header
 };
 
+/// Reads a layout; errors are added to the diagnostics.
+Layout read_layout(const config::Value& document, config::Diagnostics& diagnostics);
 /// Reads a layout file. @throws config::ConfigurationError listing all errors
 Layout read_layout(const std::filesystem::path& file);
 

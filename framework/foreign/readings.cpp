@@ -130,7 +130,7 @@ std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const 
 
 ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
   const FileArray& array = file.arrays()[index];
-  ValueRange range{.low = std::numeric_limits<double>::infinity()};
+  ValueRange range;
   if (array.elements() == 0) return range;
   constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // read at most for a message
   const bool one_image = array.extent.size() <= 2 && array.elements() * array.bytes <= max_bytes;
@@ -138,17 +138,29 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
-  const std::vector<double> values = numbers_of(array, bytes);
-  const double share = 1 / static_cast<double>(values.size()), largest = limits_of(array).second;
+  std::vector<double> values = numbers_of(array, bytes);
+  const double share = 1 / static_cast<double>(values.size());
+  range.minimum = std::numeric_limits<double>::infinity(), range.maximum = -range.minimum;
   for (const double value : values) {
     range.zeros += value == 0 ? share : 0;
     range.negative += std::isfinite(value) && value < 0 ? share : 0;
     range.no_numbers += std::isfinite(value) ? 0 : share;
-    if (!std::isfinite(value) || value <= 0 || value >= largest) continue;
-    range.low = std::min(range.low, value);
-    range.high = std::max(range.high, value);
-    range.found = true;
+    if (!std::isfinite(value)) continue;
+    range.minimum = std::min(range.minimum, value);
+    range.maximum = std::max(range.maximum, value);
+    if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
+      range.bits |= static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
   }
+  range.codes = suspected_codes_of(array, bytes, {});
+  std::erase_if(values, [&](double v) {
+    return !(v > 0 && std::isfinite(v)) ||
+           std::ranges::find(range.codes, v, &io::SuspectedCode::value) != range.codes.end();
+  });
+  std::ranges::sort(values);
+  range.found = !values.empty();
+  if (!range.found) return range;
+  range.low = values[values.size() / 100];
+  range.high = values[values.size() - 1 - values.size() / 100];
   return range;
 }
 

@@ -20,11 +20,14 @@ std::vector<Axis> axes_of_channel(std::string_view channel, bool scattered = fal
 /// Returns true if the axes are those of unordered points.
 bool is_scattered(const std::vector<Axis>& axes);
 
-/// Range of the first elements of an array that are finite, positive and less than the maximum of the type.
+/// Values of the first elements of an array.
 struct ValueRange {
-  double low = 0, high = 0;
+  double minimum = 0, maximum = 0;                 ///< of the finite elements
+  double low = 0, high = 0;                        ///< contain the middle 98 % of the positive ones except codes
   double zeros = 0, negative = 0, no_numbers = 0;  ///< shares of the elements; no_numbers: NaN and infinite
-  bool found = false;
+  bool found = false;                              ///< some are positive
+  std::vector<io::SuspectedCode> codes;
+  std::uint64_t bits = 0;  ///< of integers, set in any element
 };
 /// @param count max. number along the slowest axis; an array of up to two axes is read completely
 ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);

@@ -82,6 +82,16 @@ TEST_F(Check, ARecordedCorrectionIsNotAppliedAgain) {
   }
 }
 
+TEST_F(Check, ReportsTheErrorsOfALayout) {
+  write("layout.yaml", "layout: 1\ncamera: camcube2\nchannels:\n  depth: {unit: mm, saturated: 0x8000}\n");
+  EXPECT_NE(check("layout.yaml").err.find("layout.yaml: the layout is valid, 1 channel"), std::string::npos);
+  write("layout.yaml", "layout: 1\ncamera: nothing\nchannels:\n  depht: {mask: many}\n");
+  const Outcome outcome = check("layout.yaml");
+  expect_said(outcome, 2, "layout.yaml:4:3: error: there is no channel 'depht'");
+  expect_said(outcome, 2, "layout.yaml:4:17: error: 'mask' must be the bits of a whole number");
+  expect_said(outcome, 2, "layout.yaml:2:9: error: ");
+}
+
 TEST_F(Check, OpensTheCapturesOfACampaign) {
   const std::string recording = TOFGRAPH_SOURCE_DIR "/pipelines/data/o3d303_scene.h5";
   write("broken.h5", read_text(recording).substr(0, 5000));

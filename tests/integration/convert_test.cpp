@@ -349,6 +349,18 @@ TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
   EXPECT_THAT(err, HasSubstr("2 of 96 values of depth in 2 frames are 65535"));
   EXPECT_THAT(err, HasSubstr("--invalid 0,4095,65535 "));
   EXPECT_THAT(convert("d_1.png d_2.png --as depth --unit mm --invalid 65535,0,4095").err, Not(HasSubstr("warning")));
+  image.at<std::uint16_t>(5, 6) = 0;
+  cv::imwrite(path("d_1.png").string(), image);
+  const std::string shown = tofgraph("convert --inspect d_1.png").out;
+  EXPECT_THAT(shown,
+              HasSubstr(" 0 to 65535, 2.1 % zeros, 12 times 4095: probably a code, --invalid 4095, 1 times 65535"));
+  EXPECT_THAT(shown, HasSubstr("If the array is a length, its values are\n  unit: m    1512 m to 1545 m"));
+  write_text(path("words.bin"), std::string("\x10\x0f\x01\x82\x20\x00\x11\x00", 8));
+  write_text(path("words.yaml"),
+             "layout: 1\narrays:\n  words: {type: uint16, byte_order: big, shape: [2, 2]}\n"
+             "channels: {depth: {unit: mm}}\n");
+  EXPECT_THAT(tofgraph("convert --inspect words.bin --layout words.yaml").out,
+              HasSubstr("386 to 8192, 0 % zeros, bits set 0x318f"));
 }
 
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
