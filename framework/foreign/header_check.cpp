@@ -200,8 +200,9 @@ class HeaderCheck {
                            static_cast<Offset>(layout_.frame_header) + longer + places_.begin +
                            static_cast<Offset>(a.image_header) + image_longer;
       for (Offset row = 1; row < rows; ++row) {
-        const Offset line = begin + row * row_step;
-        add(between, line, line - row_step + (columns - 1) * column_step);
+        // The element before a line is that of the line before it, which may belong to another exposure.
+        const Offset line = begin + row * row_step, gap = places_.row == 0 ? static_cast<Offset>(a.image_header) : 0;
+        add(between, line, line - gap - column_step);
         for (Offset part = 1; part < 8; ++part) {
           const Offset column = std::max<Offset>(part * columns / 8, 1);
           add(within, line + column * column_step, line + (column - 1) * column_step);
