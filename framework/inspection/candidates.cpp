@@ -94,6 +94,7 @@ class Search {
       if (stated_.channel == channel || (std::string_view(channel) == "distance" && !test_.knows_sources())) continue;
       Assumption a = stated_;
       a.channel = channel;
+      channels_.push_back(a);
       add("channel", "channel", a);
     }
   }
@@ -106,11 +107,18 @@ class Search {
     }
   }
 
+  /// Adds other lenses with the stated channel, and with each other channel.
   void add_lenses() {
     if (!test_.is_perspective()) return;
-    const bool has = std::ranges::any_of(stated_.distortion, [](double k) { return k != 0; }) || test_.has_further();
-    const auto set = [this](const Numbers& n) {
-      Assumption a = stated_;
+    add_lenses_with(stated_, false);
+    for (const Assumption& other : channels_) add_lenses_with(other, true);
+  }
+
+  void add_lenses_with(const Assumption& given, bool joint) {
+    const std::size_t first = found_.size();
+    const bool has = std::ranges::any_of(given.distortion, [](double k) { return k != 0; }) || test_.has_further();
+    const auto set = [&given](const Numbers& n) {
+      Assumption a = given;
       a.distortion[0] = std::clamp(n[0], -2.0, 2.0);
       a.distortion[1] = n.size() > 1 ? std::clamp(n[1], -2.0, 2.0) : 0.0;
       return a;
@@ -118,15 +126,24 @@ class Search {
     if (!has) {
       add_fitted("lens_missing", "lens", {0}, {1e-4}, set);
       add_fitted("lens_missing", "lens", {0, 0}, {1e-4, 1e-4}, set);
-      return;
+    } else {
+      add_other_signs(given);
     }
-    Assumption none = stated_;
+    for (std::size_t i = first; joint && i < found_.size(); ++i) {
+      found_[i].kind = "channel_and_lens";
+      found_[i].question = "channel";
+      found_[i].joint = true;
+    }
+  }
+
+  void add_other_signs(const Assumption& given) {
+    Assumption none = given;
     none.distortion = {};
     none.further = false;
     add("lens_superfluous", "lens", none);
     for (const bool all : {false, true}) {
-      if (all && stated_.distortion[1] == 0 && stated_.distortion[4] == 0) continue;
-      Assumption a = stated_;
+      if (all && given.distortion[1] == 0 && given.distortion[4] == 0) continue;
+      Assumption a = given;
       a.distortion[0] = -a.distortion[0];
       if (all) {
         a.distortion[1] = -a.distortion[1];
@@ -138,6 +155,7 @@ class Search {
 
   const FlatnessTest& test_;
   Assumption stated_;
+  std::vector<Assumption> channels_;  // other than stated
   std::vector<Candidate> found_;
 };
 

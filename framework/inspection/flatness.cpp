@@ -95,20 +95,22 @@ Flatness FlatnessTest::operator()(const Assumption& assumption) const {
     physics::Vector3 ray;
     double range = io::unknown;
   };
+  Flatness result;
   std::vector<Point> points;
   std::vector<PlaneFit> fits(surfaces_.count);
   for (const Block& block : surfaces_.blocks) {
     Point& point = points.emplace_back();
+    result.points.push_back({io::unknown, io::unknown, io::unknown});
     const auto ray = ray_of(block, assumption, camera, lens);
     if (!ray) continue;
     const double range = range_of(block.length, *ray, assumption);
     if (!(range > 0)) continue;
     point = {*ray, range};
+    result.points.back() = range * *ray;
     fits[block.surface].add(*ray, range, std::hypot(block.noise * assumption.scale, tolerance * range));
   }
   std::vector<physics::Vector3> normals;
   for (const PlaneFit& fit : fits) normals.push_back(fit.normal());
-  Flatness result;
   std::vector<double> squares(surfaces_.count), lengths(surfaces_.count), counts(surfaces_.count);
   double square = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -37,11 +37,12 @@ struct Assumption {
 
 /// Deviation of the surfaces from planes.
 struct Flatness {
-  double rms = 0;                   ///< m, over all blocks; the noise variance is subtracted
-  double chi2 = 0;                  ///< variance: noise, and tolerance of 0.04 % of the length
-  std::size_t count = 0;            ///< number of blocks
-  std::vector<double> rest;         ///< deviation of each block, m
-  std::vector<double> surface_rms;  ///< RMS of each surface, relative to its mean length
+  double rms = 0;                        ///< m, over all blocks; the noise variance is subtracted
+  double chi2 = 0;                       ///< variance: noise, and tolerance of 0.04 % of the length
+  std::size_t count = 0;                 ///< number of blocks
+  std::vector<double> rest;              ///< deviation of each block, m
+  std::vector<physics::Vector3> points;  ///< of each block, m; NaN: no ray
+  std::vector<double> surface_rms;       ///< RMS of each surface, relative to its mean length
 };
 
 class FlatnessTest {

@@ -5,6 +5,7 @@
 #include "config/log.hpp"
 #include "config/quantity.hpp"
 #include "inspection/orders.hpp"
+#include "io/plausibility.hpp"
 #include "io/profile.hpp"
 #include "io/unknown.hpp"
 
@@ -38,6 +39,29 @@ double median_length(const Observation& o) {
 
 std::string millimetres(double length) { return fmt::format("{:.3g} mm", 1e3 * length); }
 
+/// Deviation from planes, from which the noise has been subtracted.
+std::string deviation(double rms) {
+  return rms < 1e-4 ? "below 0.1 mm beside the noise" : millimetres(rms) + " (RMS, noise subtracted)";
+}
+
+/// Adds a finding if lengths are beyond the range of the camera; otherwise the unit is undecided: planes are flat in
+/// all.
+void add_range(Inspection& result) {
+  const Observation& o = result.observation;
+  if (o.decoded) return;
+  const std::vector<float> lengths(o.length.begin(), o.length.end());
+  const double most = o.camera->data_sheet.measuring_range[1];
+  const std::string doubt = io::range_doubt(o.channel, lengths, most, o.unambiguous_range);
+  if (!doubt.empty())
+    return result.findings.push_back({"unit", doubt, "a length beyond the range cannot be measured",
+                                      "unit: the length that a value of 1 stands for", io::unknown, io::unknown});
+  const bool beyond = std::ranges::any_of(lengths, [&](float v) { return v > o.unambiguous_range; });
+  result.undecided.push_back(
+      "whether the unit is right: planes are flat in every unit; compare a known length" +
+      (beyond ? "; some lengths are beyond the unambiguous range, " + config::format_quantity(o.unambiguous_range, "m")
+              : std::string()));
+}
+
 /// Adds a finding if the unit seems wrong. @returns the factor that corrects the lengths: 1, 1000 or 0.001
 double add_unit(Inspection& result) {
   const Observation& o = result.observation;
@@ -48,7 +72,10 @@ double add_unit(Inspection& result) {
   double scale = 1;
   if (median > most && median / 1000 < most && median / 1000 > 0.01) scale = 1e-3;
   if (median < 0.02 && median * 1000 < most) scale = 1e3;
-  if (scale == 1) return 1;
+  if (scale == 1) {
+    add_range(result);
+    return 1;
+  }
   Finding f{.kind = "unit", .explained = io::unknown};
   f.text = fmt::format("the lengths are 1000 times too {}: {} are taken for {}", scale < 1 ? "large" : "small",
                        scale < 1 ? "millimetres" : "metres", scale < 1 ? "metres" : "millimetres");
@@ -70,6 +97,9 @@ std::string distortion_text(const Candidate& candidate) {
 std::pair<std::string, std::string> words_of(const Candidate& c, const Observation& o) {
   const Assumption& a = c.assumption;
   if (c.kind == "channel") return {fmt::format("the lengths are {}, not {}", a.channel, o.channel), "as: " + a.channel};
+  if (c.kind == "channel_and_lens")
+    return {fmt::format("the lengths are {}, not {}, and the distortion of the profile is wrong", a.channel, o.channel),
+            "as: " + a.channel + ", and in the profile " + distortion_text(c)};
   if (c.kind == "lens_sign") return {"the radial distortion of the profile has the wrong sign", distortion_text(c)};
   if (c.kind == "lens_missing") return {"the profile lacks the distortion of the lens", distortion_text(c)};
   if (c.kind == "lens_superfluous")
@@ -92,6 +122,19 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
 }
 
+/// Returns true if a correction moves the blocks by at least the deviation that it removes. Otherwise the gain is due
+/// to an ill-conditioned plane.
+bool moves_enough(const Flatness& stated, const Flatness& corrected) {
+  double square = 0;
+  for (std::size_t i = 0; i < stated.points.size(); ++i) {
+    const physics::Vector3 a = stated.points[i], b = corrected.points[i], step = a + (-1.0) * b;
+    const double moved = physics::dot(step, step);
+    if (!std::isfinite(moved)) return true;  // a ray is gained or lost
+    square += moved;
+  }
+  return std::sqrt(square / static_cast<double>(stated.count)) > 0.9 * (stated.rms - corrected.rms);
+}
+
 /// Keeps the surfaces that are flat under some assumption, e.g. no spheres. @returns true if any was removed
 bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
   std::vector<double> least = stated.surface_rms;
@@ -107,16 +150,21 @@ bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<C
 
 /// Adds the questions for which other answers leave the planes equally flat.
 void add_undecided(const std::vector<Candidate>& candidates, const Flatness& reference, Inspection& result,
-                   const std::string& answered) {
+                   const std::string& answered, bool knows_sources) {
   static constexpr std::pair<const char*, const char*> questions[] = {
-      {"channel", "whether the lengths are depth, range or distance"},
+      {"channel", "which kind the lengths are"},
       {"orientation", "whether the images are mirrored or turned"},
       {"lens", "whether the distortion of the lens is right"}};
   for (const auto& [question, words] : questions) {
     if (answered == question) continue;
     std::vector<std::string> equal;
     for (const Candidate& c : candidates) {
-      if (c.question == question && c.parameters == 0 && c.flatness.chi2 < reference.chi2 + min_gain)
+      if (c.question != question || c.parameters != 0 || c.joint || !(c.flatness.chi2 < reference.chi2 + min_gain))
+        continue;
+      const bool same = !knows_sources && result.observation.channel != "depth" && c.assumption.channel != "depth";
+      if (c.kind == "channel" && same)
+        result.facts.push_back("distance and range are equal: the profile has no positions of light sources");
+      else
         equal.push_back(words_of(c, result.observation).second);
     }
     if (!equal.empty())
@@ -149,14 +197,15 @@ void add_flatness(Inspection& result, double scale) {
   std::set<std::string> kinds;
   for (const Candidate& c : candidates) {
     const double explained = 1 - c.flatness.rms * c.flatness.rms / (stated.rms * stated.rms);
-    if (stated.rms < min_deviation * length || stated.chi2 - c.score() < min_gain || explained < min_explained)
+    if (stated.rms < min_deviation * length || stated.chi2 - c.score() < min_gain || explained < min_explained ||
+        !moves_enough(stated, c.flatness))
       continue;
-    if (first != nullptr && (kinds.contains(c.kind) || kinds.size() >= max_listed)) continue;
+    if (first != nullptr && (kinds.contains(c.kind) || kinds.size() >= max_listed || c.joint)) continue;
     const auto [text, mend] = words_of(c, o);
     Finding f{c.kind, text, "", mend, stated.rms, explained};
     f.evidence = fmt::format(
-        "planes deviate by {} (RMS) as stated, by {} with this correction, which explains {:.0f} % of the mean square",
-        millimetres(stated.rms), millimetres(c.flatness.rms), 100 * explained);
+        "planes deviate by {} as stated, {} with this correction, which explains {:.0f} % of the mean square",
+        deviation(stated.rms), deviation(c.flatness.rms), 100 * explained);
     if (first == nullptr)
       first = &c;
     else if (c.score() < first->score() + min_gain)
@@ -174,13 +223,13 @@ void add_flatness(Inspection& result, double scale) {
                     millimetres(stated.rms)));
   }
   add_undecided(candidates, first != nullptr ? first->flatness : stated, result,
-                first != nullptr ? first->question : "");
+                first != nullptr ? first->question : "", test.knows_sources());
   result.facts.push_back(
-      fmt::format("{} with {:.0f} % of the pixels; deviation from planes {} (RMS) as stated",
+      fmt::format("{} with {:.0f} % of the pixels; deviation from planes as stated: {}",
                   config::counted(test.surfaces().count, "plane"),
                   100.0 * static_cast<double>(stated.count * test.surfaces().side * test.surfaces().side) /
                       static_cast<double>(o.pixels()),
-                  millimetres(stated.rms)));
+                  deviation(stated.rms)));
 }
 
 }  // namespace

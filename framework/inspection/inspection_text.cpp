@@ -94,7 +94,8 @@ void write_page(const Inspection& inspection, const std::filesystem::path& file)
   }
   if (!inspection.stated_rest.empty()) {
     page.heading("Where");
-    std::vector<std::string> maps = {map_of(inspection, inspection.stated_rest, "deviation from planes, as stated")};
+    std::vector<std::string> maps = {
+        map_of(inspection, inspection.stated_rest, "deviation from planes with noise, as stated")};
     if (!inspection.best_rest.empty())
       maps.push_back(map_of(inspection, inspection.best_rest, "with the first assumption: " + inspection.best));
     page.figures(maps, "Each field is a part of a plane; grey parts belong to no plane that is large enough.");

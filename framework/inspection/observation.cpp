@@ -173,7 +173,9 @@ class Frames {
     for (std::size_t i = 0; i < n; ++i) {
       for (std::size_t k = 0; k < pixel.size(); ++k) pixel[k] = samples[k * n + i];
       const auto decoded = decoding(pixel);
-      values[i] = decoded.distance;
+      // Without light there is no phase, as in the decoders; equal samples leave a rounding error.
+      const bool lit = decoded.amplitude > 1e-9 * std::abs(pixel[0]);
+      values[i] = lit ? decoded.distance : io::unknown;
       amplitude[i] = decoded.amplitude;
     }
     return values;

@@ -4,6 +4,7 @@
 
 #include "config/log.hpp"
 #include "config/quantity.hpp"
+#include "io/codes.hpp"
 #include "io/unknown.hpp"
 
 #include <tofgraph/physics/amplitude_walk.hpp>
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace tofgraph::inspection {
 namespace {
@@ -37,11 +39,15 @@ bool differs_from_all(const Observation& o, std::size_t i, double limit) {
   return true;
 }
 
+/// Returns true if the lengths on both sides of a pixel belong to one surface; a dead row or column is then bad, too.
+bool joins(double before, double after) { return std::abs(before - after) < 0.05 * before; }
+
 /// Adds pixels that differ from their surface, never change, or have no value although their neighbours do.
 void add_bad_pixels(Inspection& result) {
   const Observation& o = result.observation;
   const Surfaces& s = result.surfaces;
   std::size_t wild = 0, still = 0, dead = 0, all_still = 0;
+  std::string first_dead;
   double size = 0;
   for (std::size_t row = 1; row + 1 < o.height; ++row) {
     for (std::size_t column = 1; column + 1 < o.width; ++column) {
@@ -49,7 +55,9 @@ void add_bad_pixels(Inspection& result) {
       const bool alone = std::isfinite(o.length[i - 1]) && std::isfinite(o.length[i + 1]) &&
                          std::isfinite(o.length[i - o.width]) && std::isfinite(o.length[i + o.width]);
       if (std::isnan(o.length[i])) {
-        dead += alone ? 1 : 0;
+        if ((joins(o.length[i - 1], o.length[i + 1]) || joins(o.length[i - o.width], o.length[i + o.width])) &&
+            dead++ == 0)
+          first_dead = fmt::format(" (the first at column {}, row {})", column, row);
         continue;
       }
       const double rest = s.rest.empty() ? io::unknown : std::abs(s.rest[i]);
@@ -68,9 +76,20 @@ void add_bad_pixels(Inspection& result) {
   result.findings.push_back(finding(
       "bad_pixels", fmt::format("{} are bad", config::counted(wild + still + dead, "pixel")),
       fmt::format(
-          "{} differ from the surface around them, {} never change, {} have no value although their neighbours do",
-          wild, still, dead),
+          "{} differ from the surface around them, {} never change, {} have no value although their neighbours do{}",
+          wild, still, dead, first_dead),
       "bad_pixels: MAP, made by tofgraph calibrate noise", size));
+}
+
+/// Adds lengths that many pixels have exactly, far above the others, e.g. an overflow that was taken for a length.
+void add_codes(Inspection& result) {
+  const Observation& o = result.observation;
+  for (const auto& [value, count] : io::suspected_codes(o.length, std::numeric_limits<double>::infinity()))
+    result.findings.push_back(finding(
+        "codes",
+        fmt::format("{} have a length that is probably a code and no measurement", config::counted(count, "pixel")),
+        fmt::format("all of them {}, far above the other lengths", config::format_quantity(value, "m")),
+        "--invalid CODE, the stored value, when the file is converted", io::unknown));
 }
 
 /// Adds rows or columns whose means scatter about the surface by more than the noise.
@@ -192,6 +211,7 @@ void add_noise(Inspection& result) {
 
 void add_pixel_findings(Inspection& result) {
   add_shares(result);
+  add_codes(result);
   add_bad_pixels(result);
   add_stripes(result);
   add_walk(result);

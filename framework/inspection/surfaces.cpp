@@ -119,7 +119,7 @@ class Grid {
     result.side = side_;
     std::vector<double> noises;
     for (const auto& [root, members] : sets) {
-      if (members.size() < min_blocks) continue;
+      if (members.size() < min_blocks || is_line(members)) continue;
       for (const std::size_t i : members) {
         blocks_[i]->surface = result.count;
         result.blocks.push_back(*blocks_[i]);
@@ -133,6 +133,11 @@ class Grid {
   }
 
  private:
+  /// Returns true for blocks in one row or column, through which no unique plane can be fitted.
+  bool is_line(const std::vector<std::size_t>& members) const {
+    return std::ranges::all_of(members, [&](std::size_t i) { return i / columns_ == members[0] / columns_; }) ||
+           std::ranges::all_of(members, [&](std::size_t i) { return i % columns_ == members[0] % columns_; });
+  }
   std::optional<Block> block_at(std::size_t i, std::size_t j) {
     const std::size_t column = i * side_ + side_ / 2, row = j * side_ + side_ / 2, half = side_ / 2;
     const double noise = noise_within(o_, column - half, row - half, side_, side_);

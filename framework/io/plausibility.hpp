@@ -34,6 +34,12 @@ double expected_range(std::span<const tofgraph_exposure> exposures, double recor
 /// least 5 mm
 std::string length_doubt(const std::string& channel, std::vector<float> lengths, double unambiguous_range);
 
+/// Doubts about lengths if 5 % of the positive ones are beyond the measuring range or, where it is unknown, beyond
+/// twice the unambiguous range: recordings with several frequencies exceed it. @param measuring_range m, NaN: unknown
+/// @param unambiguous_range m, NaN: unknown
+std::string range_doubt(const std::string& channel, std::vector<float> lengths, double measuring_range,
+                        double unambiguous_range);
+
 /// Doubts about time stamps and about the time since power on, at most one each: they decrease, are constant, or are
 /// closer together than the exposure of a frame. @param camera source of the frame rate; may be null
 std::vector<std::string> clock_doubts(std::span<const tofgraph_metadata> frames, const tofgraph_camera* camera);

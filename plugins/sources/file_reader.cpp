@@ -117,7 +117,18 @@ struct FileReader final : Source {
     const double range =
         io::expected_range(physics::exposures_of(camera), frame.metadata().modulation_frequency, &camera);
     const std::string doubt = io::length_doubt(name, {lengths.begin(), lengths.end()}, range);
-    if (!doubt.empty()) warn(doubt);
+    const double most = measuring_range(camera);
+    const std::string beyond = io::range_doubt(name, {lengths.begin(), lengths.end()}, most, range);
+    if (!doubt.empty() || !beyond.empty()) warn(doubt.empty() ? beyond : doubt);
+  }
+
+  /// Largest length of the data sheet, m; NaN: the profile does not state it.
+  static double measuring_range(const tofgraph_camera& camera) {
+    config::Diagnostics ignored;  // the profile has been read without errors before
+    const std::string text = camera.profile != nullptr ? camera.profile : "";
+    const io::CameraPtr profile =
+        text.empty() ? nullptr : io::read_profile(config::parse_document("profile", text), ignored);
+    return profile ? profile->data_sheet.measuring_range[1] : std::nan("");
   }
 
   /// @throws config::ConfigurationError

@@ -9,6 +9,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <numbers>
+
 using namespace tofgraph::tests;
 using nlohmann::json;
 using testing::HasSubstr;
@@ -155,6 +157,51 @@ TEST_F(InspectLayout, AFlatSceneCannotDecideOnTheHeaders) {
   write_layout({64, 16, 0});
   const json result = inspected(dump(right, {plane(0, 0, 1, 1.5)}, 0.02));
   EXPECT_THAT(result["undecided"].dump(), HasSubstr("does not end with a whole frame")) << result;
+}
+
+/// Phase images, line by line, of two walls at 40 MHz; column 7 is dead: 2047 in all images.
+std::string phase_dump(std::size_t file_header) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> noise(0, 6);
+  std::string bytes(file_header, 'h');
+  for (std::size_t frame = 0; frame < frame_count; ++frame) {
+    for (int v = 0; v < 144; ++v) {
+      for (int k = 0; k < 4; ++k) {
+        for (int u = 0; u < 176; ++u) {
+          const double x = (u - 83.0) / 160, y = (v - 76.1) / 160.5,
+                       depth = std::min(1.9 / (1 + 0.35 * y), -0.55 / std::min(x, -1e-9));
+          const double phase = 4 * std::numbers::pi * 40e6 * depth * std::sqrt(x * x + y * y + 1) / 299792458.0;
+          const double sample = u == 7 ? 2047 : 900 * std::cos(phase + k * std::numbers::pi / 2) + noise(random);
+          const auto word = static_cast<unsigned>(static_cast<int>(std::lround(sample)));
+          bytes += static_cast<char>(word & 0xffU);
+          bytes += static_cast<char>(word >> 8U & 0xffU);
+        }
+      }
+    }
+  }
+  return bytes;
+}
+
+/// A missing file_header of images whose rows are sent exposure by exposure; pixels that are dead without a stated code
+/// are found, and no lens error is invented from them.
+TEST_F(InspectLayout, DeadPixelsAndTheHeaderOfInterleavedPhasesAreFound) {
+  const std::string profile = camera.profile({});
+  write_text(path("camera.yaml"), profile.substr(0, profile.find("sources:")));
+  const auto write = [&](const std::string& header) {
+    write_text(path("layout.yaml"), "layout: 1\ncamera: ./camera.yaml\n" + header +
+                                        "arrays:\n  words: {type: int16, shape: [144, 4, 176]}\n"
+                                        "channels:\n  phases: {array: words, axes: row exposure column}\n");
+  };
+  write("");
+  const json shifted = inspected(phase_dump(256));
+  EXPECT_EQ(shifted["findings"][0]["mend"], "file_header: 256") << shifted;
+  write("file_header: 256\n");
+  const json result = inspected(phase_dump(256));
+  ASSERT_EQ(result["findings"].size(), 1) << result;
+  EXPECT_EQ(result["findings"][0]["kind"], "bad_pixels");
+  EXPECT_THAT(result["findings"][0]["evidence"].get<std::string>(), HasSubstr("the first at column 7, row 1)"));
+  EXPECT_THAT(result["facts"].dump(), HasSubstr("without a valid length 0.57 %"));
+  EXPECT_THAT(result["facts"].dump(), HasSubstr("distance and range are equal"));
 }
 
 /// Four images per frame, each with a header: the last image shows whether images or frames have the longer header.

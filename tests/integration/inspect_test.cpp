@@ -195,6 +195,43 @@ TEST_F(Inspect, FilesOfOtherProgramsAreInspectedLikeCaptures) {
   EXPECT_EQ(inspect("depth.npy --camera ./camera.yaml --as depth").exit_code, 2) << "the unit is not guessed";
 }
 
+/// Depths seen through a lens with distortion, stated as ranges of a lens without: neither correction alone suffices.
+TEST_F(Inspect, TwoWrongStatementsAreFoundTogether) {
+  write_text(path("camera.yaml"), tuning_camera.profile({}));
+  InspectedRecording recording(tuning_camera, tuning.at("two walls"), 0.002, 12);
+  write_text(path("depth.npy"), recording.npy());
+  const json result = inspected("depth.npy --camera ./camera.yaml --as range --unit mm");
+  ASSERT_EQ(first_of(result), "channel_and_lens") << result;
+  const std::string mend = result["findings"][0]["mend"];
+  ASSERT_THAT(mend, HasSubstr("as: depth, and in the profile distortion: ["));
+  EXPECT_NEAR(std::stod(mend.substr(mend.find('[') + 1)), tuning_camera.k[0], 0.03) << mend;
+  EXPECT_THAT(result["findings"][0]["evidence"].get<std::string>(), HasSubstr("noise"));
+}
+
+/// Lengths four times too long, a repeated code, and the unit where no limit is known.
+TEST_F(Inspect, WrongUnitsOfASmallFactorAndCodesAreReported) {
+  const std::string profile = tuning_camera.profile(tuning_camera.k);
+  write_text(path("camera.yaml"), profile + "measuring_range: [0.1 m, 3 m]\n");
+  InspectedRecording recording(tuning_camera, tuning.at("slanted wall"), 0.002, 13);
+  recording.change = [](std::size_t pixel, std::size_t, float& length, float&) {
+    if (pixel < 40) length = 60.0F;
+  };
+  write_text(path("depth.npy"), recording.npy());
+  const json far = inspected("depth.npy --camera ./camera.yaml --as depth --unit '4 mm'");
+  EXPECT_EQ(first_of(far), "unit");
+  EXPECT_THAT(far["findings"][0]["text"].get<std::string>(), HasSubstr("the measuring_range of the camera"));
+  EXPECT_THAT(far["findings"][0]["text"].get<std::string>(), HasSubstr("smaller by a factor of"));
+  const Outcome converted =
+      shell("$TOFGRAPH convert depth.npy -o d.h5 --camera ./camera.yaml --as depth --unit '4 mm'", path(""));
+  EXPECT_THAT(converted.err, HasSubstr("are beyond 3 m, the measuring_range of the camera"));
+  recording.write(path("a.h5"), Mistake::none);
+  const json codes = inspected("a.h5");
+  EXPECT_EQ(first_of(codes), "codes") << codes;
+  EXPECT_THAT(codes["findings"][0]["text"].get<std::string>(), HasSubstr("40 pixels"));
+  EXPECT_THAT(codes["undecided"].dump(), HasSubstr("whether the unit is right"));
+  EXPECT_THAT(codes["facts"].dump(), HasSubstr("below 0.1 mm beside the noise"));
+}
+
 TEST_F(Inspect, WhatCannotBeInspectedIsOneError) {
   for (const std::string file : {"missing.h5", "text.txt"}) {
     if (file == "text.txt") write_text(path(file), "no recording\n");
