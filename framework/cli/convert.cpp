@@ -10,10 +10,21 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace tofgraph::cli {
 
+namespace {
+
+/// Makes errors name an option instead of a line of the generated pipeline.
+void refer_to(config::Value& value, const std::string& option) {
+  const std::filesystem::path base = value.at.source ? value.at.source->base : std::filesystem::path();
+  value.at = {std::make_shared<const config::SourceText>(config::SourceText{option, value.text, base})};
+  for (config::Value& item : value.items) refer_to(item, option);
+}
+
+/// Pipeline file_reader ! capture_writer with the given options. @param out path of the capture
 config::Value reading_pipeline(const ReadingArguments& a, const std::string& out) {
   std::string text = "pipeline: 1\n";
   if (!a.run.camera.empty()) text += fmt::format("camera: {}\n", config::yaml_word(a.run.camera));
@@ -43,7 +54,45 @@ config::Value reading_pipeline(const ReadingArguments& a, const std::string& out
   set_plain("frame_rate", a.frame_rate);
   text += "  - stage: capture_writer\n    write_behind: 16\n";  // files, unlike cameras, wait for a slow disk
   set("path", out);
-  return config::parse_document("convert", text, std::filesystem::current_path());
+  config::Value document = config::parse_document("convert", text, std::filesystem::current_path());
+  for (config::Entry& entry : document.entries) {
+    if (entry.key == "camera") refer_to(entry.value, "--camera");
+    if (entry.key != "nodes") continue;
+    for (config::Entry& setting : entry.value.items.front().entries) {
+      std::string option = "--" + setting.key;
+      std::ranges::replace(option, '_', '-');
+      refer_to(setting.value, setting.key.starts_with("file") ? a.files.front() : option);
+    }
+  }
+  return document;
+}
+
+}  // namespace
+
+int run_reading(const ReadingArguments& arguments, const std::string& out, const Common& common) {
+  if (arguments.modulation_frequency.find(',') != std::string::npos)
+    throw config::ConfigurationError(fmt::format(
+        "--modulation-frequency: error: '{}': one frequency is stated\n  lengths decoded from several frequencies: "
+        "their "
+        "greatest common divisor, e.g. '20 MHz' of 20 MHz and 100 MHz, or leave it out\n  raw images of several "
+        "frequencies: exposures in the profile, e.g. [{{phase: 0 deg, frequency: 20 MHz}}, ..]",
+        arguments.modulation_frequency));
+  try {
+    return run_once(reading_pipeline(arguments, out), arguments.run, common);
+  } catch (const config::ConfigurationError& error) {
+    if (error.mistakes().empty()) throw;
+    config::Diagnostics shown;
+    for (const config::Diagnostic& mistake : error.mistakes()) {
+      std::string message = mistake.message;
+      constexpr std::string_view node = "node 'file_reader' (file_reader), parameter '";
+      if (message.starts_with(node)) message.erase(0, message.find("': ", node.size()) + 3);
+      const std::string path = std::filesystem::absolute(arguments.files.front()).string() + ": ";
+      if (message.starts_with(path) && mistake.at.line == 0) message.erase(0, path.size());
+      const bool is_error = mistake.severity == config::Severity::error;
+      is_error ? shown.error(mistake.at, message, mistake.hint) : shown.warning(mistake.at, message, mistake.hint);
+    }
+    throw config::ConfigurationError(shown);
+  }
 }
 
 void ReadingArguments::add_to(CLI::App& command) {
@@ -119,7 +168,7 @@ int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.out.ends_with(".yaml") || arguments.out.ends_with(".yml")) return convert_camera(arguments, common);
   if (!arguments.depth_mode.empty())
     throw config::ConfigurationError("--depth-mode: error: is for camera files, with --out PROFILE.yaml");
-  return run_once(reading_pipeline(arguments.reading, arguments.out), arguments.reading.run, common);
+  return run_reading(arguments.reading, arguments.out, common);
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ struct ReadingArguments {
   void add_to(CLI::App& command);
 };
 
-/// Builds the pipeline file_reader ! capture_writer with the given options. @param out path of the capture
-config::Value reading_pipeline(const ReadingArguments& arguments, const std::string& out);
+/// Reads files and writes them as a capture. @param out path of the capture
+/// @throws config::ConfigurationError whose positions are the options
+int run_reading(const ReadingArguments& arguments, const std::string& out, const Common& common);
 
 }  // namespace tofgraph::cli

@@ -62,7 +62,7 @@ int inspect(ReadingArguments reading, InspectArguments arguments, const Common& 
   reading.run.frames = max_frames;
   Common silent = common;
   silent.quiet = true;
-  const int code = run_once(reading_pipeline(reading, arguments.capture.string()), reading.run, silent);
+  const int code = run_reading(reading, arguments.capture.string(), silent);
   return code == done ? run_module("inspect", &arguments) : code;
 }
 

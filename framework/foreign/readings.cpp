@@ -62,8 +62,8 @@ std::pair<double, double> limits_of(const FileArray& array, std::uint32_t signed
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where) {
   const config::Quantity one = config::parse_scale(unit, wanted);
   if (!one.ok() || !(one.value > 0))
-    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}", where, unit, wanted,
-                                   wanted == "m" ? "mm" : wanted));
+    throw ForeignError(fmt::format("{}: '{}' is not a unit of {}; example: unit: {}{}", where, unit, wanted,
+                                   wanted == "m" ? "mm" : wanted, wanted == "m" ? ", as an option --unit mm" : ""));
   return one.value;
 }
 

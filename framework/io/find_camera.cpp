@@ -48,8 +48,13 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
   std::error_code error;
   if (file.empty() || !std::filesystem::exists(file, error)) {
     const std::string what = file.empty() ? fmt::format("'{}'", name.text) : file.string();
-    diagnostics.error(name.at, fmt::format("there is no camera profile {}", what),
-                      config::suggestion(name.text, known_cameras(), "profiles") + " (or a path to a .yaml file)");
+    diagnostics.error(
+        name.at, fmt::format("there is no camera profile {}", what),
+        std::filesystem::is_regular_file(base / name.text, error)
+            ? fmt::format("a file is named ./NAME.yaml; a camera file of OpenCV, ROS or a vendor becomes a "
+                          "profile: tofgraph convert {} -o my_camera.yaml",
+                          name.text)
+            : config::suggestion(name.text, known_cameras(), "profiles") + " (or a path to a .yaml file)");
     return nullptr;
   }
   config::Diagnostics own;

@@ -25,7 +25,14 @@ struct DistanceModel : Filter {
 
  protected:
   void prepare_model(Setup& setup) {
-    geometry = physics::geometry_of(setup.camera());
+    try {
+      geometry = physics::geometry_of(setup.camera());
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(
+          std::string(error.what()) +
+          "; without such data leave this stage out and write point_cloud assume=range, which takes "
+          "distances for ranges");
+    }
     if (sigma.present() && setup.find("sigma")->of != std::string_view("distance")) {
       throw std::runtime_error(std::string("sigma is that of '") + setup.find("sigma")->of +
                                "', expected that of 'distance'");

@@ -15,8 +15,10 @@
 #include <fstream>
 
 using namespace tofgraph::tests;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 namespace {
 
@@ -388,6 +390,26 @@ TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
   EXPECT_EQ(inspected.exit_code, 0) << inspected.err;
   EXPECT_THAT(inspected.out, HasSubstr("6 x 8"));
   EXPECT_THAT(inspected.out, HasSubstr("unit: mm   1.5 m to 1.5 m"));
+}
+
+TEST_F(Convert, ErrorsNameTheOptionAndNotAPipeline) {
+  cv::imwrite(path("depth.png").string(), cv::Mat(6, 8, CV_16U, cv::Scalar(1500)));
+  write_text(path("camera.yml"), "%YAML:1.0\n");
+  const auto error_of = [this](const std::string& options) {
+    return tofgraph("convert depth.png -o out.h5 --force " + options).err;
+  };
+  EXPECT_THAT(error_of("--camera ./tiny.yaml --as rang --unit mm"), StartsWith("--as: error: 'rang' is not a channel"));
+  EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit kg"),
+              StartsWith("depth.png: error: 'kg' is not a unit of m; example: unit: mm, as an option --unit mm"));
+  EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit mm --frame-rate soon"),
+              StartsWith("--frame-rate: error: "));
+  EXPECT_THAT(error_of("--camera camera.yml --as depth --unit mm"),
+              AllOf(StartsWith("--camera: error: "), HasSubstr("tofgraph convert camera.yml -o my_camera.yaml")));
+  EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit mm --modulation-frequency '20 MHz, 100 MHz'"),
+              AllOf(StartsWith("--modulation-frequency: error: "), HasSubstr("greatest common divisor")));
+  write_text(path("layout.yaml"), "layout: 1\nchannels: {depht: {unit: mm}}\n");
+  EXPECT_THAT(error_of("--camera ./tiny.yaml --layout layout.yaml"),
+              HasSubstr("layout.yaml:2:12: error: there is no channel"));
 }
 
 TEST_F(Convert, AFileReaderIsAStageLikeAnyOther) {

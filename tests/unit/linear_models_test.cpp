@@ -172,6 +172,7 @@ TEST(SimpleBistatic, SaysWhatIsWrong) {
     FAIL();
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("has no focal length in metres"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("point_cloud assume=range"), std::string::npos);
   }
 }
 
