@@ -66,7 +66,8 @@ WRONG = {
                  CAMPAIGN + "table: {file: a.csv, distance: {column: d}, measured_depth: {column: m, unit: mm}}"],
     "layout": ["layout: 1", "layout: 1\nchannels: {}", "layout: 1\nchannels: {dept: {unit: mm}}",
                "layout: 1\nchannels: {depth: {axis: row column}}", "layout: 1\nchannels: {depth: {axes: [row, colum]}}",
-               "layout: 1\nchannels: {depth: {mask: 1.5}}", "layout: 1\nchannels: {depth: {}}\nintegration_time: 1",
+               "layout: 1\nchannels: {depth: {mask: 1.5}}",
+               "layout: 1\nchannels: {depth: {saturated: many}}", "layout: 1\nchannels: {depth: {}}\nintegration_time: 1",
                "layout: 1\nchannels: {depth: {}}\narrays: {depth: {type: uint12, shape: [4, 4]}}"],
 }
 # Documents in which every map and every choice of the schemas occurs.

@@ -65,6 +65,18 @@ TEST(Length, InMillimetresIsDoubted) {
     EXPECT_EQ(length_doubt("range", {good}, range), "") << good;
 }
 
+TEST(Length, BeyondTheRangeOfTheCameraIsDoubted) {
+  std::vector<float> lengths(100, 2.0F);
+  std::fill_n(lengths.begin(), 10, 9.0F);
+  EXPECT_THAT(range_doubt("range", lengths, 4, 7.5),
+              AllOf(HasSubstr("10 % of the lengths of range are beyond 4 m, the measuring_range"),
+                    HasSubstr("up to 9 m"), HasSubstr("factor of 2.2 or more")));
+  EXPECT_THAT(range_doubt("range", lengths, std::nan(""), 3), HasSubstr("beyond 6 m, twice its unambiguous range"));
+  EXPECT_EQ(range_doubt("range", lengths, std::nan(""), 5), "") << "several frequencies";
+  EXPECT_EQ(range_doubt("range", lengths, std::nan(""), std::nan("")), "");
+  EXPECT_EQ(range_doubt("range", std::vector<float>(100, 2.0F), 4, 7.5), "");
+}
+
 std::vector<tofgraph_metadata> frames(const std::vector<std::int64_t>& stamps,
                                       const std::vector<double>& power_on = {}) {
   std::vector<tofgraph_metadata> all;
