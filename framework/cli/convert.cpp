@@ -86,10 +86,10 @@ int run_reading(const ReadingArguments& arguments, const std::string& out, const
       std::string message = mistake.message;
       constexpr std::string_view node = "node 'file_reader' (file_reader), parameter '";
       if (message.starts_with(node)) message.erase(0, message.find("': ", node.size()) + 3);
-      const std::string path = std::filesystem::absolute(arguments.files.front()).string() + ": ";
-      if (message.starts_with(path) && mistake.at.line == 0) message.erase(0, path.size());
+      const bool names_file = message.starts_with('/');
+      const config::Position at = names_file && mistake.at.line == 0 ? config::Position{} : mistake.at;
       const bool is_error = mistake.severity == config::Severity::error;
-      is_error ? shown.error(mistake.at, message, mistake.hint) : shown.warning(mistake.at, message, mistake.hint);
+      is_error ? shown.error(at, message, mistake.hint) : shown.warning(at, message, mistake.hint);
     }
     throw config::ConfigurationError(shown);
   }

@@ -51,7 +51,7 @@ np.savez("objects.npz", a=np.array([[{}]], dtype=object))
     }
   }
   EXPECT_THAT(tofgraph("convert --inspect z.npy").out, HasSubstr("0 % zeros, 6.2 % NaN or infinite"));
-  EXPECT_THAT(tofgraph("convert --inspect code.npy").out, HasSubstr("1500 to 1500, 0 % zeros, 25 % negative"));
+  EXPECT_THAT(tofgraph("convert --inspect code.npy").out, HasSubstr("-1 to 1500, 0 % zeros, 25 % negative"));
   EXPECT_THAT(convert("code.npy --as depth --unit mm").err, HasSubstr("are negative: taken as invalid"));
   EXPECT_THAT(convert("code.npy --as depth --unit mm --invalid -1").err, testing::Not(HasSubstr("taken as")));
   EXPECT_THAT(convert("words.npy --as amplitude").err, HasSubstr("holds elements of type '<U3'"));
