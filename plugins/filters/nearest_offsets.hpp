@@ -14,7 +14,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -31,11 +30,10 @@ namespace tofgraph {
 /// further from the centre than h, the n nearest samples of each point are within r + 2 h of the centre.
 class NearestOffsets {
  public:
-  /// @param table scattered, must outlive this object
-  /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
-  NearestOffsets(const physics::OffsetTable& table, std::optional<std::size_t> target) : table_(table) {
+  /// @param table scattered, must outlive this object; without reflectivities those of the pixels are not used
+  explicit NearestOffsets(const physics::OffsetTable& table) : table_(table) {
     OffsetRange range(table);
-    if (target) range.dark = range.bright = table.knows_reflectivities() ? table.reflectivity(*target) : 1;
+    if (!table.knows_reflectivities()) range.dark = range.bright = 1;
     first_ = static_cast<float>(range.first);
     last_ = static_cast<float>(range.last);
     dark_ = static_cast<float>(range.dark);
