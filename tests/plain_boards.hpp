@@ -60,7 +60,8 @@ inline void write_distances(const std::filesystem::path& path, const std::vector
   }
   const hsize_t n = frames.size();
   capture.dataset("distance", {n, plain_side, plain_side}, distances, {1, plain_side, plain_side});
-  capture.dataset("amplitude", {n, plain_side, plain_side}, amplitudes, {1, plain_side, plain_side});
+  if (!amplitude.empty())
+    capture.dataset("amplitude", {n, plain_side, plain_side}, amplitudes, {1, plain_side, plain_side});
   capture.metadata(frames.size(), integration_time);
 }
 

@@ -54,20 +54,29 @@ PatternView view_of(std::size_t index, const Board& board, const MeanImages& ima
   return view;
 }
 
-/// Divides the faintness by its mean. If an amplitude or integration time is unknown, it is 1 everywhere.
-void normalise_faintness(std::vector<PatternView>& views) {
+/// Divides the faintness by its mean. If a condition has no amplitudes, it is 1 everywhere, which a note says.
+void normalise_faintness(PatternData& data) {
   double sum = 0, count = 0;
-  for (const PatternView& view : views) {
+  std::vector<std::string> without;
+  for (const PatternView& view : data.views) {
+    double of_view = 0;
     for (std::size_t i = 0; i < view.residual.size(); ++i) {
       if (!std::isfinite(view.residual[i])) continue;
-      sum += view.faintness[i];
+      of_view += view.faintness[i];
       count += 1;
     }
+    sum += of_view;
+    if (!std::isfinite(of_view)) without.push_back("'" + data.campaign.conditions.conditions[view.condition].id + "'");
   }
   const double mean = sum / count;
-  for (PatternView& view : views) {
+  for (PatternView& view : data.views) {
     for (float& f : view.faintness) f = std::isfinite(mean) ? static_cast<float>(f / mean) : 1;
   }
+  if (!without.empty())
+    data.campaign.boards.notes.push_back(
+        fmt::format("no amplitudes in {}: crosstalk is taken as equal in all pixels of all conditions; record "
+                    "amplitudes or leave these conditions out",
+                    fmt::join(without, ", ")));
 }
 
 void check_enough(const Request& request, PatternData& data) {
@@ -133,7 +142,7 @@ PatternData read_pattern(const Request& request) {
         fmt::format("{}: error: no usable condition\n  it needs boards at known distances{}", request.campaign.string(),
                     used_of(data.campaign.boards)));
   check_enough(request, data);
-  normalise_faintness(data.views);
+  normalise_faintness(data);
   data.extent = 0;
   for (const PatternView& v : data.views) {
     for (const auto& [x, y] : v.place) data.extent = std::max({data.extent, double{std::abs(x)}, double{std::abs(y)}});

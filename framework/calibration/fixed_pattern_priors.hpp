@@ -16,7 +16,8 @@
 namespace tofgraph::calibration::pattern {
 
 /// Bounds of the poses' standard deviations: a board that is set up by hand on a rail is within centimetres, and a
-/// curvature of 0.05 1/m corresponds to a wiggling of 9 mm at 20 MHz.
+/// curvature of 0.05 1/m corresponds to a wiggling of 9 mm at 20 MHz. The offset, by integration time or a wrong zero,
+/// is not bounded in practice.
 inline constexpr ViewPose min_jitter{1e-6, 1e-6, 1e-6, 1e-6, 1e-6};
 inline constexpr ViewPose max_jitter{1, 20e-3, 20e-3, 20e-3, 50e-3};
 /// The two starts of the estimate; both must converge to the same map.

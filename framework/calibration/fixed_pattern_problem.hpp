@@ -51,7 +51,7 @@ class Problem {
   /// @throws std::runtime_error if the data determine no pattern
   void solve(PatternFit& fit, ViewPose jitter) {
     constexpr int rounds = 300;
-    constexpr double settled = 4e-3;  // relative to the number of poses
+    constexpr double settled = 4e-3;  // relative to the number of unknowns that share a standard deviation
     for (int round = 0; round < rounds; ++round) {
       solve_with(jitter);
       const Improved next = improved(jitter);

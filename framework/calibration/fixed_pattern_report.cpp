@@ -123,19 +123,22 @@ class FixedPatternReport {
                     "the displacements is 0. The offset of all pixels is determined by the calibration offset.",
                     mm(fit_.jitter.z), mm(fit_.jitter.tilt_x)));
     page_.paragraph(fmt::format(
-        "Priors, standard deviations: displacements at most {:.0f} mm, tilts at most {:.0f} mrad, the board's shape at "
-        "most {:.0f} mm, all estimated from the data; an error that depends on the distance, as wiggling does, {}. It "
-        "was estimated as {}. Two starts of the estimate gave maps that differ by {} mm; the pixels of a view differ "
+        "Priors, standard deviations: displacements at most {:.0f} mm, tilts at most {:.0f} mrad, bending at most "
+        "{:.2f} 1/m, offsets at most {:.0f} m, the board's shape at most {:.0f} mm, all estimated from the data; an "
+        "error that depends on the distance, as wiggling does, {}. It was estimated as {}. Two starts of the estimate "
+        "gave maps that differ by {} mm; the pixels of a view differ "
         "by {} mm (robust standard deviation).",
-        pattern::max_jitter.z * 1e3, pattern::max_jitter.tilt_x * 1e3, pattern::max_shape * 1e3, wave_priors(), waves(),
-        mm(fit_.restart_difference, 4), mm(fit_.input_spread)));
+        pattern::max_jitter.z * 1e3, pattern::max_jitter.tilt_x * 1e3, pattern::max_jitter.bend,
+        pattern::max_jitter.offset, pattern::max_shape * 1e3, wave_priors(), waves(), mm(fit_.restart_difference, 4),
+        mm(fit_.input_spread)));
   }
 
   std::string wave_priors() const {
     std::vector<std::string> parts;
     for (const pattern::Harmonic& h : pattern::harmonics)
-      parts.push_back(fmt::format("{:.1f} mm in harmonic {:.0f} of the phase",
-                                  h.amplitude * data_.metres_per_radian * 1e3, h.order));
+      parts.push_back(fmt::format("{:.1f} mm in harmonic {:.0f} of the phase{}",
+                                  h.amplitude * data_.metres_per_radian * 1e3, h.order,
+                                  h.grows_with_faintness ? " at the mean faintness" : ""));
     return fmt::format("{}", fmt::join(parts, ", "));
   }
   std::string waves() const {

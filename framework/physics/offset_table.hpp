@@ -37,7 +37,8 @@ struct OffsetSample {
 /// * sheet: one integration time at each distance of a target, as in the published tables. A monotone curve T(z) for
 ///   each target; the time is a function of the depth.
 /// * scattered: anything else. Errors T - z of the nearest samples (FLANN), weighted by the inverse square of their
-///   distance, with axes normalised to their span. Reflectivity is an axis if all samples state one.
+///   distance, with axes normalised to their span. Reflectivity is an axis if all samples state one. For a named
+///   target its samples count alone, whatever their reflectivities, as in the other arrangements.
 ///
 /// Between targets, grid and sheet use monotone curves over the logarithm of the reflectivity.
 class OffsetTable {
@@ -87,7 +88,9 @@ class OffsetTable {
     levels_.resize(targets_);
     for (std::size_t target = 0; target < targets_; ++target) levels_[target] = mean_level(target);
     set_spans();
-    if (shape_ == Shape::scattered) set_nearest();
+    if (shape_ != Shape::scattered) return;
+    set_nearest();
+    for (std::size_t target = 0; target < targets_; ++target) of_targets_.push_back(OffsetTable(samples_, target));
   }
 
   Shape shape() const { return shape_; }
@@ -144,9 +147,15 @@ class OffsetTable {
     return result;
   }
 
+  /// Table of the scattered samples of one target, without their reflectivities.
+  const OffsetTable& scattered_of(std::size_t target) const { return of_targets_[target]; }
+
   /// The same for one target, independent of its reflectivity.
   Across::Found of_target(std::size_t target, double z, double time) const {
-    if (shape_ == Shape::scattered) return {z + nearest_error(z, levels_[target], time), outside_of_spans(z, time)};
+    if (shape_ == Shape::scattered) {
+      const OffsetTable& own = of_targets_[target];
+      return {z + own.nearest_error(z, 0, time), own.outside_of_spans(z, time)};
+    }
     const Place place = along(target, z, time);
     return {place.depth, place.outside};
   }
@@ -158,6 +167,17 @@ class OffsetTable {
   static constexpr double level_margin = 0.25;  ///< in ln reflectivity
   static constexpr double time_margin = 0.05;   ///< in ln time
   static constexpr double sheet_margin = 0.41;  ///< in ln time, for a sheet: a factor of 1.5
+
+  /// Scattered samples of one target.
+  OffsetTable(const std::vector<OffsetSample>& all, std::size_t target) : shape_(Shape::scattered) {
+    for (const OffsetSample& s : all) {
+      if (s.target != target) continue;
+      samples_.push_back(s);
+      samples_.back().reflectivity = std::numeric_limits<double>::quiet_NaN();
+    }
+    set_spans();
+    if (!samples_.empty()) set_nearest();
+  }
 
   /// T and ln reflectivity of a target at a depth and time, and whether these are outside its samples.
   struct Place {
@@ -303,7 +323,8 @@ class OffsetTable {
   std::vector<std::vector<Curve>> curves_;  // by target, in ascending order of time
   std::vector<double> levels_;              // of the targets, ln reflectivity
   std::array<double, 3> low_{1e9, 1e9, 1e9}, high_{-1e9, -1e9, -1e9};
-  NearestSamples nearest_;  // for scattered samples
+  NearestSamples nearest_;               // for scattered samples
+  std::vector<OffsetTable> of_targets_;  // for scattered samples
 };
 
 }  // namespace tofgraph::physics

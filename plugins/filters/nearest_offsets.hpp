@@ -14,7 +14,6 @@
 #include <limits>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -25,17 +24,18 @@
 
 namespace tofgraph {
 
-/// Errors T - z from the nearest samples, equal to OffsetTable's for each pixel. The space of depth, reflectivity and
-/// time is divided into cells, and pixels of one cell are computed together, because the nearest samples of all its
-/// points are among a few: if the n-th nearest sample of the centre is at the distance r, and no point of the cell is
-/// further from the centre than h, the n nearest samples of each point are within r + 2 h of the centre.
+/// Errors T - z from the nearest samples, those of OffsetTable for each pixel within the samples and their margin;
+/// beyond it those of its edge. Samples as far as the last of the nearest count as well. The space of depth,
+/// reflectivity and time is divided into cells, and pixels of one cell are computed together, because the nearest
+/// samples of all its points are among a few: if the n-th nearest sample of the centre is at the distance r, and no
+/// point of the cell is further from the centre than h, the n nearest samples of each point are within r + 2 h of the
+/// centre.
 class NearestOffsets {
  public:
-  /// @param table scattered, must outlive this object
-  /// @param target the only one, whatever the reflectivity of a pixel; none: found by the reflectivity
-  NearestOffsets(const physics::OffsetTable& table, std::optional<std::size_t> target) : table_(table) {
+  /// @param table scattered, must outlive this object; without reflectivities those of the pixels are not used
+  explicit NearestOffsets(const physics::OffsetTable& table) : table_(table) {
     OffsetRange range(table);
-    if (target) range.dark = range.bright = table.knows_reflectivities() ? table.reflectivity(*target) : 1;
+    if (!table.knows_reflectivities()) range.dark = range.bright = 1;
     first_ = static_cast<float>(range.first);
     last_ = static_cast<float>(range.last);
     dark_ = static_cast<float>(range.dark);
@@ -76,8 +76,9 @@ class NearestOffsets {
   }
 
  private:
-  static constexpr double max_cells = 1 << 17;  ///< of one time
-  static constexpr std::size_t max_kept = 64;   ///< number of times whose cells are kept
+  static constexpr double max_cells = 1 << 17;        ///< of one time
+  static constexpr std::size_t max_kept = 1 << 22;    ///< number of candidates that are kept, 16 bytes each
+  static constexpr std::size_t cell_candidates = 16;  ///< whose memory the rest of a cell needs
 
   /// Candidates of a cell as differences from its centre, in the units of the search.
   struct Cell {
@@ -103,11 +104,11 @@ class NearestOffsets {
       sum +=
           reach(table_.coordinates(samples[i].depth, std::log(samples[i].reflectivity), samples[i].integration_time));
     double side = std::max(sum / count / 4, 1e-6);
-    while (!fits(side)) side *= 1.5;
+    while (!set_cell_size(side)) side *= 1.5;
   }
 
-  /// Divides the space into cells of a side, in the units of the search. @returns whether there are not too many
-  bool fits(double side) {
+  /// Divides the space into cells of a side, in the units of the search. @returns false: these are too many
+  bool set_cell_size(double side) {
     const double range = double{last_} - double{first_};
     per_metre_ = static_cast<float>(std::max(scale_[0] / side, 1 / range));
     per_time_ = std::max(scale_[2] / side, 1e-3);
@@ -177,11 +178,17 @@ class NearestOffsets {
     const auto time_cell = static_cast<std::int64_t>(std::floor(std::log(time) * per_time_));
     Cells result;
     const std::scoped_lock lock(turn_);
-    if (kept_.size() > max_kept) kept_.clear();
+    if (kept_candidates_ > max_kept) {
+      kept_.clear();
+      kept_candidates_ = 0;
+    }
     for (std::size_t number = 0; number + 1 < sorted.begin.size(); ++number) {
       if (sorted.begin[number] == sorted.begin[number + 1]) continue;
       std::shared_ptr<const Cell>& cell = kept_[time_cell][number];
-      if (!cell) cell = std::make_shared<const Cell>(cell_at(number, time_cell));
+      if (!cell) {
+        cell = std::make_shared<const Cell>(cell_at(number, time_cell));
+        kept_candidates_ += cell->error.size() + cell_candidates;
+      }
       result.emplace_back(number, cell);
     }
     return result;
@@ -196,8 +203,9 @@ class NearestOffsets {
               .reflectivity = static_cast<float>(std::sqrt(darkest * brightest)),
               .time = std::exp((static_cast<double>(time_cell) + 0.5) / per_time_)};
     const auto centre = table_.coordinates(double{cell.depth}, std::log(double{cell.reflectivity}), cell.time);
-    const double half = 0.5 * std::hypot(scale_[0] / double{per_metre_}, scale_[1] * std::log(brightest / darkest),
-                                         scale_[2] / per_time_);
+    // Slightly more than half, because the float by which a pixel is assigned errs by up to 0.012 cells.
+    const double half = 0.512 * std::hypot(scale_[0] / double{per_metre_}, scale_[1] * std::log(brightest / darkest),
+                                           scale_[2] / per_time_);
     constexpr double rounding = 1 + 1e-4;
     for (const std::size_t i : table_.nearest_samples().within(centre, (reach(centre) + 2 * half) * rounding)) {
       const physics::OffsetSample& s = table_.samples()[i];
@@ -220,7 +228,8 @@ class NearestOffsets {
   double per_time_ = 1;                                 // cells per 1 of ln time
   int cell_bits_ = fraction_bits;                       // binary digits of a reflectivity within a cell
   std::uint32_t depths_ = 1, levels_ = 1;               // numbers of cells
-  mutable std::mutex turn_;                             // of `kept_`
+  mutable std::mutex turn_;                             // of the cells that are kept
+  mutable std::size_t kept_candidates_ = 0;
   mutable std::unordered_map<std::int64_t, std::unordered_map<std::size_t, std::shared_ptr<const Cell>>> kept_;
 };
 

@@ -112,7 +112,7 @@ struct OffsetCorrection final : Filter {
           "the same model undone, or remove the model");
     grid_ = OffsetGrid(*table_, only);
     if (table_->shape() == physics::OffsetTable::Shape::scattered)
-      nearest_ = std::make_unique<NearestOffsets>(*table_, only);
+      nearest_ = std::make_unique<NearestOffsets>(only ? table_->scattered_of(*only) : *table_);
     only_ = only;
     prepare_pixels(setup);
     flags.provide(setup);

@@ -16,9 +16,10 @@ namespace tofgraph {
 
 /// Range of the samples of an offset table with a margin, because the pixels of the outermost boards are noisy.
 struct OffsetRange {
-  static constexpr double beyond = 0.05;  ///< relative margin of the depth
-  double first = 1e9, last = 0;           ///< m
-  double dark = 1e9, bright = 1e-9;       ///< reflectivities
+  /// Relative margin of depth and time; 5 times as much below the reflectivities, 6 times above.
+  static constexpr double beyond = 0.05;
+  double first = 1e9, last = 0;      ///< m
+  double dark = 1e9, bright = 1e-9;  ///< reflectivities
 
   /// @param target whose samples count; none: all
   explicit OffsetRange(const physics::OffsetTable& table, std::optional<std::size_t> target = std::nullopt) {

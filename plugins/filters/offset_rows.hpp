@@ -41,7 +41,7 @@ struct OffsetPlane {
   std::int32_t depths, levels;
   float first, per_metre;        ///< m, 1/m: depth of the first node, nodes per metre
   std::int32_t base, last_bits;  ///< levels: bits of the lowest reflectivity, and largest difference from it
-  const float* errors;           ///< m; one more element than nodes
+  const float* errors;           ///< m; one more element than nodes; unused for scattered samples
   const float *least, *most;     ///< reflectivities, one per depth
 };
 

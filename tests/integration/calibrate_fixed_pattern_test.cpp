@@ -26,11 +26,12 @@ double warp(double x, double y) { return 0.5 * mm * (x * x - 0.4 * y * y + 0.6 *
 class FixedPattern : public testing::Test {
  protected:
   struct Setup {
-    double slope = 0;         ///< m/m, growth of the pattern with distance
-    double jitter = 0;        ///< board misplacement in units of 1 mm and 1 mrad
-    double wiggling = 0;      ///< m, depends on the distance of each pixel
-    double crosstalk = 0;     ///< m, at the amplitude of the middle of a board at 1 m
-    double offset = 20 * mm;  ///< m, of all pixels, scatters from distance to distance
+    double slope = 0;              ///< m/m, growth of the pattern with distance
+    double jitter = 0;             ///< board misplacement in units of 1 mm and 1 mrad
+    double wiggling = 0;           ///< m, depends on the distance of each pixel
+    double crosstalk = 0;          ///< m, at the amplitude of the middle of a board at 1 m
+    double offset = 20 * mm;       ///< m, of all pixels, scatters from distance to distance
+    double without_amplitude = 0;  ///< m, distance whose captures have no amplitudes
     bool shaped = true;
     std::vector<double> distances = {0.8, 1.2, 1.6, 2.0, 2.4};
     std::vector<double> rolls = {0, 90, 180, 270};
@@ -88,9 +89,11 @@ class FixedPattern : public testing::Test {
     std::string text = "campaign: 1\ncamera: camcube2\nconditions:\n";
     for (const double distance : setup.distances) {
       const double offset = setup.offset * std::sin(5 * distance);
+      const double milliseconds = setup.crosstalk != 0 && distance > 1.5 ? 4 : 1;
       std::vector<float> amplitude(plain_pixels, 500);
       for (std::size_t i = 0; setup.crosstalk != 0 && i < plain_pixels; ++i)
-        amplitude[i] = static_cast<float>(2000 * light_of(i, distance));
+        amplitude[i] = static_cast<float>(2000 * milliseconds * light_of(i, distance));
+      if (distance == setup.without_amplitude) amplitude.clear();
       for (const double roll : setup.rolls) {
         PlainBoard board{.distance = distance,
                          .roll = roll * degree,
@@ -103,7 +106,7 @@ class FixedPattern : public testing::Test {
         for (std::size_t f = 0; f < frames; ++f) images.push_back(frame(mean, noise_at(distance)));
         const std::string name =
             std::to_string(static_cast<int>(1e3 * distance)) + "-" + std::to_string(static_cast<int>(roll));
-        write_distances(folder.path() / (name + ".h5"), images, amplitude, 1e-3);
+        write_distances(folder.path() / (name + ".h5"), images, amplitude, milliseconds * 1e-3);
         text += "  - {id: b" + name + ", capture: " + name + ".h5, board: {distance: " + std::to_string(distance) +
                 " m}, roll: " + std::to_string(roll) + " deg}\n";
       }
@@ -249,11 +252,12 @@ TEST_F(FixedPattern, WhatCannotBeToldIsSaid) {
   EXPECT_EQ(one.exit_code, 2);
   EXPECT_NE(one.err.find("cannot be distinguished from errors of the pixels"), std::string::npos) << one.err;
   EXPECT_NE(one.err.find("roll: 90 deg"), std::string::npos) << one.err;
-  record({.distances = {1.2, 1.8}, .rolls = {0}});
+  record({.without_amplitude = 1.8, .distances = {1.2, 1.8}, .rolls = {0}});
   const Outcome two = run("calibrate fixed-pattern campaign.yaml -o fp.yaml");
   EXPECT_EQ(two.exit_code, 0) << two.err;
   EXPECT_NE(two.err.find("every condition has the same roll"), std::string::npos) << two.err;
   EXPECT_NE(two.err.find("2 distances: a growth of the pattern"), std::string::npos) << two.err;
+  EXPECT_NE(two.err.find("no amplitudes in 'b1800-0': crosstalk"), std::string::npos) << two.err;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "plugins/filters/nearest_offsets.hpp"
 #include "plugins/filters/offset_vector.hpp"
+#include "tests/unit/exhaustive_offset.hpp"
 
 namespace tofgraph {
 namespace {
@@ -73,55 +74,14 @@ Pixels anything() {
   return pixels;
 }
 
-/// Errors that the eight nearest of all samples give, twice where the eighth and ninth are equally far to the precision
-/// of the pixels' numbers, so that either may count.
-std::pair<double, double> brute_force(const std::vector<physics::OffsetSample>& samples, double z, double rho,
-                                      double time) {
-  std::array<double, 3> low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
-  const auto place_of = [](double depth, double reflectivity, double at) {
-    return std::array{depth, std::log(reflectivity), std::log(at)};
-  };
-  for (const physics::OffsetSample& s : samples) {
-    const auto place = place_of(s.depth, s.reflectivity, s.integration_time);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::fmin(low[axis], place[axis]);
-      high[axis] = std::fmax(high[axis], place[axis]);
-    }
-  }
-  std::vector<std::pair<double, double>> nearest;
-  const auto here = place_of(z, rho, time);
-  for (const physics::OffsetSample& s : samples) {
-    const auto there = place_of(s.depth, s.reflectivity, s.integration_time);
-    double square = 1e-18;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (std::isnan(there[axis])) continue;
-      const double step = (axis == 0 ? 10 : 1) * (there[axis] - here[axis]) / (high[axis] - low[axis]);
-      square += step * step;
-    }
-    nearest.emplace_back(square, s.distance - s.depth);
-  }
-  std::ranges::nth_element(nearest, nearest.begin() + 9);
-  std::sort(nearest.begin(), nearest.begin() + 9);
-  const auto mean = [&] {
-    double sum = 0, weight = 0;
-    for (std::size_t i = 0; i < 8; ++i) {
-      sum += nearest[i].second / nearest[i].first;
-      weight += 1 / nearest[i].first;
-    }
-    return sum / weight;
-  };
-  const double first = mean();
-  if (nearest[8].first < nearest[7].first * (1 + 1e-5)) std::swap(nearest[7], nearest[8]);
-  return {first, mean()};
-}
-
 /// Largest deviation of every n-th pixel from the exhaustive search.
 double largest_deviation(const Pixels& pixels, const std::vector<physics::OffsetSample>& samples, double time,
                          std::size_t every) {
   double largest = 0;
   std::size_t undecided = 0, seen = 0;
   for (std::size_t i = 0; i < columns * rows; i += every, ++seen) {
-    const auto [one, other] = brute_force(samples, double{pixels.depth[i]}, double{pixels.reflectivity[i]}, time);
+    const auto [one, other] =
+        tests::exhaustive_errors(samples, double{pixels.depth[i]}, double{pixels.reflectivity[i]}, time);
     const double error = double{pixels.error[i]};
     if (one != other) ++undecided;
     const double deviation = std::min(std::abs(error - one), std::abs(error - other));
@@ -135,7 +95,7 @@ TEST(NearestOffsets, AreThoseOfAnExhaustiveSearch) {
   const std::vector<physics::OffsetSample> samples = scattered_samples(5000);
   const physics::OffsetTable table(samples);
   ASSERT_EQ(table.shape(), physics::OffsetTable::Shape::scattered);
-  const NearestOffsets offsets(table, std::nullopt);
+  const NearestOffsets offsets(table);
   Pixels wall = slanted_wall(), all = anything();
   for (const double time : {1.02e-3, 2e-3}) {
     wall.look_up(offsets, time);
@@ -154,41 +114,38 @@ TEST(NearestOffsets, AreThoseOfFewAndUnevenSamples) {
   }
   const physics::OffsetTable table(samples);
   ASSERT_EQ(table.shape(), physics::OffsetTable::Shape::scattered);
-  const NearestOffsets offsets(table, std::nullopt);
+  const NearestOffsets offsets(table);
   Pixels all = anything();
+  const auto depths = std::ranges::minmax(samples, {}, &physics::OffsetSample::depth);
+  const auto levels = std::ranges::minmax(samples, {}, &physics::OffsetSample::reflectivity);
+  for (float& z : all.depth)
+    z = std::clamp(z, static_cast<float>(depths.min.depth), static_cast<float>(depths.max.depth));
+  for (float& rho : all.reflectivity)
+    rho = std::clamp(rho, static_cast<float>(levels.min.reflectivity), static_cast<float>(levels.max.reflectivity));
   all.look_up(offsets, 3e-3);
-  const double low = std::ranges::min(samples, {}, &physics::OffsetSample::depth).depth;
-  for (float& z : all.depth) z = std::max(z, static_cast<float>(low));
-  all.look_up(offsets, 3e-3);
-  double largest = 0;
-  for (std::size_t i = 0; i < columns * rows; i += 31) {
-    const double z = double{all.depth[i]}, rho = double{all.reflectivity[i]};
-    if (table.across(z, 3e-3).at(rho).extrapolated) continue;
-    const auto [one, other] = brute_force(samples, z, rho, 3e-3);
-    const double error = double{all.error[i]};
-    largest = std::max(largest, std::min(std::abs(error - one), std::abs(error - other)));
-  }
-  EXPECT_LT(largest, 1e-6);
+  EXPECT_LT(largest_deviation(all, samples, 3e-3, 31), 1e-6);
 }
 
-TEST(NearestOffsets, OfOneTargetOrOfUnknownReflectivitiesDoNotDependOnTheReflectivity) {
-  std::vector<physics::OffsetSample> samples = scattered_samples(1000);
-  const physics::OffsetTable table(samples);
-  const NearestOffsets of_second(table, 1);
+TEST(NearestOffsets, OfOneTargetAreThoseOfItsSamplesWhateverTheReflectivity) {
+  std::vector<physics::OffsetSample> samples = scattered_samples(1000), first;
+  for (physics::OffsetSample& s : samples) s.distance += s.target == 0 ? 5e-3 : -5e-3;
+  std::ranges::copy_if(samples, std::back_inserter(first), [](const auto& s) { return s.target == 0; });
+  for (physics::OffsetSample& s : first) s.reflectivity = std::numeric_limits<double>::quiet_NaN();
   Pixels wall = slanted_wall();
-  wall.look_up(of_second, 2e-3);
-  for (float& rho : wall.reflectivity) rho = static_cast<float>(table.reflectivity(1));
-  EXPECT_LT(largest_deviation(wall, samples, 2e-3, 97), 1e-6);
-  for (physics::OffsetSample& s : samples) s.reflectivity = std::numeric_limits<double>::quiet_NaN();
-  const physics::OffsetTable unknown(samples);
-  const NearestOffsets of_first(unknown, 0);
-  wall.look_up(of_first, 2e-3);
-  EXPECT_LT(largest_deviation(wall, samples, 2e-3, 97), 1e-6);
+  for (const bool known : {true, false}) {
+    for (physics::OffsetSample& s : samples) s.reflectivity = known ? s.reflectivity : first.front().reflectivity;
+    const physics::OffsetTable table(samples);
+    ASSERT_EQ(table.knows_reflectivities(), known);
+    const NearestOffsets of_first(table.scattered_of(0));
+    wall.look_up(of_first, 2e-3);
+    EXPECT_LT(largest_deviation(wall, first, 2e-3, 97), 1e-6) << known;
+    EXPECT_NEAR(table.of_target(0, 1.5, 2e-3).depth, 1.5 + tests::exhaustive_errors(first, 1.5, 1, 2e-3).first, 1e-9);
+  }
 }
 
 TEST(NearestOffsets, HoldTheEdgeBeyondTheSamplesInAllThreads) {
   const physics::OffsetTable table(scattered_samples(5000));
-  const NearestOffsets offsets(table, std::nullopt);
+  const NearestOffsets offsets(table);
   Pixels wall = slanted_wall();
   wall.depth[0] = nan;
   wall.depth[1] = -1;

@@ -4,6 +4,7 @@
 // Rooms: calibration io plugins
 // The stage offset_correction with the calibration of the published boards. Distances are computed here from the light
 // paths of the reference, using none of the shared formulas.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
@@ -14,6 +15,7 @@
 #include <random>
 
 #include "tests/program.hpp"
+#include "tests/unit/exhaustive_offset.hpp"
 #include "tests/unit/message_of.hpp"
 #include "tests/unit/published_boards.hpp"
 
@@ -50,8 +52,9 @@ struct Images {
 };
 
 /// The stage after processing one frame.
-std::unique_ptr<Harness> corrected(const std::string& options, const Images& in, double time, bool amplitude = true) {
-  auto stage = std::make_unique<Harness>("offset_correction calibration='" + calibration + "' " + options);
+std::unique_ptr<Harness> corrected(const std::string& options, const Images& in, double time, bool amplitude = true,
+                                   const std::string& file = calibration) {
+  auto stage = std::make_unique<Harness>("offset_correction calibration='" + file + "' " + options);
   stage->camera("camcube2");
   stage->put<float>("distance", {size, size}, in.distance);
   if (amplitude) stage->put<float>("amplitude", {size, size}, in.amplitude);
@@ -164,6 +167,112 @@ TEST(OffsetCorrection, WhatIsBeyondTheBoardsIsFlaggedRefusedOrHeld) {
   EXPECT_EQ(held->get<std::uint16_t>("flags")[7], 0);
   EXPECT_EQ(held->get<float>("distance")[7], flagged->get<float>("distance")[7]);
   EXPECT_EQ(corrected("target=white", in, 100e-3, false)->get<std::uint16_t>("flags")[7], flag::extrapolated) << "time";
+}
+
+/// Boards at random places: white ones at 0.5 to 8 ms and black ones at 2 to 4 ms, whose errors are opposite.
+std::vector<physics::OffsetSample> scattered_boards() {
+  std::vector<physics::OffsetSample> samples;
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> any(0, 1);
+  for (std::size_t i = 0; i < 600; ++i) {
+    const bool black = i % 2 == 1;
+    const double z = 0.5 + 1.5 * any(random),
+                 time = black ? 2e-3 * std::pow(2, any(random)) : 5e-4 * std::pow(16, any(random));
+    const double error = (black ? -5e-3 : 5e-3) + 2e-3 * std::sin(4 * z) + 1e-3 * std::log(time / 1e-3);
+    samples.push_back({black ? 1U : 0U, z + error, z, time, (black ? 0.1 : 0.8) * (1 + 0.02 * any(random))});
+    if (i > 1) continue;  // at two times, which makes neither a grid nor a sheet
+    samples.push_back(samples.back());
+    samples.back().depth += 1e-4;
+    samples.back().integration_time *= 1.1;
+  }
+  return samples;
+}
+
+/// Calibration file of samples; without the column of reflectivities if the first is unknown.
+std::string calibration_of(const std::vector<physics::OffsetSample>& samples) {
+  const auto column = [&](const std::string& name, const std::string& unit, auto&& value) {
+    std::string list;
+    for (const physics::OffsetSample& s : samples) list += fmt::format("{}{:.17g}", list.empty() ? "" : ", ", value(s));
+    return fmt::format("  {}: {{{}value: [{}]}}\n", name, unit, list);
+  };
+  std::string text =
+      "calibration: 1\nkind: offset\ncamera: camcube2\nsettings: {variant: geometric, targets: [white, "
+      "black]}\nvalues:\n"
+      "  modulation_frequency: {value: 20 MHz}\n  gain: {value: 7000000 counts m^2/s}\n  falloff: {value: [0, 0]}\n";
+  text += column("target", "", [](const auto& s) { return static_cast<double>(s.target); });
+  text += column("distance", "unit: m, ", [](const auto& s) { return s.distance; });
+  text += column("depth", "unit: m, ", [](const auto& s) { return s.depth; });
+  text += column("integration_time", "unit: s, ", [](const auto& s) { return s.integration_time; });
+  if (std::isfinite(samples.front().reflectivity))
+    text += column("reflectivity", "", [](const auto& s) { return s.reflectivity; });
+  return text;
+}
+
+struct ScatteredBoards : testing::Test {
+  TemporaryFolder folder;
+  const std::string file = (folder.path() / "scattered.yaml").string();
+  std::vector<physics::OffsetSample> samples = scattered_boards();
+  std::vector<double> depth = std::vector<double>(pixels), reflectivity = depth;
+
+  /// White and black pixels at any depth; the last row is beyond the boards.
+  Images frame(double time) {
+    Images in;
+    std::mt19937 random(6);
+    std::uniform_real_distribution<double> any(0, 1);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      depth[i] = i < pixels - size ? 0.52 + 1.45 * any(random) : 2.3;
+      reflectivity[i] = i % 3 == 0 ? 0.1 : 0.8;
+      in.distance[i] = static_cast<float>(distance_of(i, depth[i]));
+      in.amplitude[i] = static_cast<float>(amplitude_of(reflectivity[i], time, distance_of(i, depth[i])));
+    }
+    return in;
+  }
+
+  /// Compares every 53rd pixel with the errors of an exhaustive search among some samples.
+  void expect_errors(Harness& stage, const std::vector<physics::OffsetSample>& among, double time) const {
+    const auto out = stage.get<float>("distance");
+    const auto flags = stage.get<std::uint16_t>("flags");
+    for (std::size_t i = 0; i < pixels; ++i) {
+      ASSERT_EQ(flags[i], i < pixels - size ? 0 : flag::extrapolated) << i;
+      if (i % 53 != 0 || i >= pixels - size) continue;
+      const auto [one, other] = exhaustive_errors(among, depth[i], reflectivity[i], time);
+      const double nearer =
+          std::abs(out[i] - distance_of(i, depth[i] + one)) < std::abs(out[i] - distance_of(i, depth[i] + other))
+              ? one
+              : other;
+      ASSERT_NEAR(out[i], distance_of(i, depth[i] + nearer), 0.02e-3) << i;
+    }
+  }
+};
+
+TEST_F(ScatteredBoards, EachPixelIsCorrectedByTheNearest) {
+  write_text(file, calibration_of(samples));
+  for (const double time : {0.5e-3, 3e-3, 8e-3}) {
+    const Images in = frame(time);
+    expect_errors(*corrected("window=1", in, time, true, file), samples, time);
+  }
+  EXPECT_EQ(corrected("", frame(12e-3), 12e-3, true, file)->get<std::uint16_t>("flags")[7], flag::extrapolated);
+}
+
+/// With and without known reflectivities; the time of a frame at 1 ms is among the white boards' only.
+TEST_F(ScatteredBoards, ANamedTargetIsLookedUpAmongItsOwn) {
+  for (const bool known : {true, false}) {
+    for (physics::OffsetSample& s : samples) s.reflectivity = known ? s.reflectivity : std::nan("");
+    write_text(file, calibration_of(samples));
+    std::vector<physics::OffsetSample> own[2];
+    for (physics::OffsetSample s : samples) {
+      s.reflectivity = std::nan("");
+      own[s.target].push_back(s);
+    }
+    expect_errors(*corrected("window=1 target=white", frame(1e-3), 1e-3, false, file), own[0], 1e-3);
+    expect_errors(*corrected("window=1 target=black", frame(3e-3), 3e-3, false, file), own[1], 3e-3);
+    for (const std::string method : {"per_pixel", "board"}) {
+      const std::string options = "extrapolation=refuse method=" + method + " target=";
+      EXPECT_TRUE(std::isnan(corrected(options + "black", frame(1e-3), 1e-3, false, file)->get<float>("distance")[7]));
+      const auto white = corrected(options + "white", frame(1e-3), 1e-3, false, file);
+      EXPECT_FALSE(std::isnan(white->get<float>("distance")[7])) << method;
+    }
+  }
 }
 
 TEST(OffsetCorrection, InvalidPixelsStayInvalidAndTouchNoOther) {

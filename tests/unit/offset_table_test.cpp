@@ -9,6 +9,8 @@
 #include <cmath>
 #include <random>
 
+#include "tests/unit/exhaustive_offset.hpp"
+
 namespace tofgraph::physics {
 namespace {
 
@@ -123,38 +125,6 @@ TEST(OffsetTable, ScatteredSamplesAreMetExactlyAndNearInBetween) {
   }
 }
 
-/// The weighted errors of the eight nearest samples, found by an exhaustive search.
-double brute_force(const std::vector<OffsetSample>& samples, double z, double rho, double time) {
-  const auto place_of = [](double depth, double reflectivity, double at) {
-    return std::array{depth, std::log(reflectivity), std::log(at)};
-  };
-  std::array<double, 3> low{1e9, 1e9, 1e9}, high{-1e9, -1e9, -1e9};
-  for (const OffsetSample& s : samples) {
-    const auto place = place_of(s.depth, s.reflectivity, s.integration_time);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], place[axis]);
-      high[axis] = std::max(high[axis], place[axis]);
-    }
-  }
-  std::vector<std::pair<double, double>> by_square;
-  for (const OffsetSample& s : samples) {
-    const auto there = place_of(s.depth, s.reflectivity, s.integration_time), here = place_of(z, rho, time);
-    double square = 1e-18;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const double step = (axis == 0 ? 10 : 1) * (there[axis] - here[axis]) / (high[axis] - low[axis]);
-      square += step * step;
-    }
-    by_square.emplace_back(square, s.distance - s.depth);
-  }
-  std::ranges::sort(by_square);
-  double sum = 0, weight = 0;
-  for (std::size_t i = 0; i < 8; ++i) {
-    sum += by_square[i].second / by_square[i].first;
-    weight += 1 / by_square[i].first;
-  }
-  return z + sum / weight;
-}
-
 TEST(OffsetTable, TheNearestOfThousandsOfScatteredSamplesAreFound) {
   std::vector<OffsetSample> samples;
   std::mt19937 random(5);
@@ -170,7 +140,7 @@ TEST(OffsetTable, TheNearestOfThousandsOfScatteredSamplesAreFound) {
   for (int i = 0; i < 300; ++i) {
     const double z = 0.5 + 3 * any(random), time = 1e-3 * std::pow(8, any(random)),
                  rho = 0.1 * std::pow(8, any(random));
-    EXPECT_NEAR(table.across(z, time).at(rho).depth, brute_force(samples, z, rho, time), 1e-9);
+    EXPECT_NEAR(table.across(z, time).at(rho).depth, z + tests::exhaustive_errors(samples, z, rho, time).first, 1e-9);
   }
 }
 
