@@ -96,7 +96,7 @@ class Run {
 
   std::unique_ptr<Diagnosis> run() {
     const io::Campaign campaign = read();
-    IngestOptions ingest{d_->model.physical, options_.skip_missing, {}, options_.max_superpixels};
+    IngestOptions ingest{d_->model.physical, options_.skip_missing, {}};
     ingest.progress = [this](double share) {
       if (limit_.at(settings.searched_by).has_passed())
         throw std::runtime_error("--time-limit: error: it ended while captures were read, nothing was searched");

@@ -18,7 +18,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Superpixels per row and per column, see superpixel_grid(); `single`: the data are means over a board.
+/// Superpixels per row and per column; `single`: the data are means over a board.
 inline constexpr std::size_t grid = 12, single = 1;
 /// Points per row and per column that represent a superpixel, at the centres of equal parts: their error for a curved
 /// pattern is a 25th of that of the superpixel's centre alone.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
+#include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/condition_statistics.hpp"
@@ -51,14 +52,12 @@ class Reader {
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)),
-        grid_(superpixel_grid(campaign.conditions.size(), options.max_superpixels)),
-        edge_(grid_ * grid_, false) {
+        edge_(grid * grid, false) {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid_)] = true;
+      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] = true;
     }
   }
 
-  std::size_t grid() const { return grid_; }
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
 
   /// @param own, found as in reduce()
@@ -79,7 +78,7 @@ class Reader {
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations =
-        reduce(sums, base, grid_, {camera_.read_noise, camera_.shot_noise}, scale,
+        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
                {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
                condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
     result.saturated = sums.saturated();
@@ -99,7 +98,7 @@ class Reader {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       // The centre of a superpixel that is partly outside the lens model does not represent it.
-      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid_)]) signals.back() = {};
+      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -115,7 +114,6 @@ class Reader {
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
   simulation::Pixels pixels_;
-  std::size_t grid_;
   std::vector<bool> edge_;  ///< true: partly outside the lens model; one per superpixel
 };
 
@@ -130,9 +128,8 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
   return serial;
 }
 
-/// Measurements of the usable conditions. @param grid superpixels per row and per column
-/// @param why reason why a condition is unusable, or empty; one per condition
-Measurements together(const io::Campaign& campaign, bool physical, std::size_t grid, std::vector<Read> read,
+/// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
+Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
                       const std::vector<std::string>& why) {
   Measurements result;
   std::vector<io::Condition> used;
@@ -171,13 +168,6 @@ Measurements together(const io::Campaign& campaign, bool physical, std::size_t g
 }
 
 }  // namespace
-
-std::size_t superpixel_grid(std::size_t conditions, std::size_t limit) {
-  for (const std::size_t side : {grid, std::size_t{10}, std::size_t{8}, std::size_t{6}, std::size_t{5}}) {
-    if (conditions * side * side <= limit) return side;
-  }
-  return 4;
-}
 
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   const Reader reader(campaign, options);
@@ -219,7 +209,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
                                            campaign.conditions[i].id, why[i]));
   }
   std::string serial = serial_of(campaign, read);
-  Measurements result = together(campaign, options.physical, reader.grid(), std::move(read), why);
+  Measurements result = together(campaign, options.physical, std::move(read), why);
   result.serial = std::move(serial);
   return result;
 }

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "diagnosis/data/design.hpp"
-#include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/campaign.hpp"
 #include "io/condition.hpp"
@@ -26,11 +25,6 @@ namespace tofgraph::diagnosis {
 std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width);
 
 // ---- From captures to observations ----
-
-/// Superpixels per row and per column, `grid` or fewer, so that those of all conditions together stay below a limit:
-/// their memory and time then hardly grow with the campaign. At least 4, which still distinguish a tilt from a
-/// curvature.
-std::size_t superpixel_grid(std::size_t conditions, std::size_t limit = settings.max_superpixels);
 
 /// Standard deviation between the frames of a condition over that of the profile's noise.
 struct NoiseRatio {
@@ -58,7 +52,6 @@ struct IngestOptions {
   bool physical = false;
   bool skip_missing = false;
   std::function<void(double share)> progress;
-  std::size_t max_superpixels = settings.max_superpixels;  ///< see superpixel_grid()
 };
 
 /// Reads all captures, one condition at a time.

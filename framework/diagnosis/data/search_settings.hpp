@@ -26,8 +26,6 @@ struct SearchSettings {
   double unknown_reflectivity = 0.5;
   /// pixel dropped as an outlier beyond | robust sd | chosen
   double pixel_outlier = 6;
-  /// superpixels of all conditions together, at most; with more conditions their grid is coarser | | chosen, for memory
-  std::size_t max_superpixels = 144000;
   /// pixels of a superpixel, at least | | chosen
   std::size_t min_pixels = 8;
   /// neighbouring pairs to estimate noise, at least | | statistical: the noise is then known to a quarter

@@ -7,7 +7,6 @@
 #include "diagnosis/search/folds.hpp"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tofgraph/physics/robust.hpp>
@@ -113,19 +112,12 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
         std::min(folds.size(), done + (done < settings.folds_at_once ? settings.first_folds : settings.folds_at_once));
     if (options.progress)
       options.progress(fmt::format("predicting held-out conditions, {} of {}", done + 1, folds.size()));
-    // With a coarse grid, memory is short: its folds run one at a time, each in parallel.
-    const std::size_t together = design.side() == grid || design.side() == single ? 1 : end - done;
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(done, end, together),
-        [&](const auto& some) {
-          // Without isolation a thread that waits within one fold would start another one in it.
-          for (std::size_t f = some.begin(); f < some.end(); ++f) {
-            tbb::this_task_arena::isolate(
-                [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
-            if (options.fold_done) options.fold_done(++finished, folds.size());
-          }
-        },
-        tbb::simple_partitioner());
+    tbb::parallel_for(done, end, [&](std::size_t f) {
+      // Without isolation a thread that waits within one fold would start another one in it.
+      tbb::this_task_arena::isolate(
+          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+      if (options.fold_done) options.fold_done(++finished, folds.size());
+    });
     done = end;
     if (std::ranges::any_of(result.folds, &FoldResult::time_expired)) break;
   }
