@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
-#include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/data/representative.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/condition_statistics.hpp"
@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace tofgraph::diagnosis {
@@ -128,9 +129,23 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
   return serial;
 }
 
+/// Conditions to be searched: usable ones that represent all. @param why as in together()
+std::vector<std::size_t> to_be_searched(const std::vector<Read>& read, const std::vector<std::string>& why,
+                                        std::size_t most) {
+  std::vector<std::size_t> usable;
+  std::vector<io::Condition> conditions;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (!why[i].empty()) continue;
+    usable.push_back(i);
+    conditions.push_back(read[i].condition);
+  }
+  return picked(usable, representative(conditions, most));
+}
+
 /// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
+/// @param searched those to be searched, ascending
 Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
-                      const std::vector<std::string>& why) {
+                      const std::vector<std::string>& why, const std::vector<std::size_t>& searched) {
   Measurements result;
   std::vector<io::Condition> used;
   std::vector<double> noise;  // ratios of measured to profile noise, one per condition
@@ -140,6 +155,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
       result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
       continue;
     }
+    if (std::ranges::binary_search(searched, i)) result.searched.push_back(used.size());
     Read& r = read[i];
     used.push_back(std::move(r.condition));
     result.observations.push_back(std::move(r.observations));
@@ -194,24 +210,40 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     }
     if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));
   };
-  const PixelPhases phases = tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, n), reader.no_phases(),
-      [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
-        for (std::size_t i = some.begin(); i < some.end(); ++i) read_one(i, nullptr, &sum);
-        return sum;
-      },
-      [](PixelPhases one, const PixelPhases& other) { return one += other; });
-  if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
-
+  const auto phases_of = [&](const std::vector<std::size_t>& chosen) {
+    return tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, chosen.size()), reader.no_phases(),
+        [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
+          for (std::size_t k = some.begin(); k < some.end(); ++k) read_one(chosen[k], nullptr, &sum);
+          return sum;
+        },
+        [](PixelPhases one, const PixelPhases& other) { return one += other; });
+  };
+  const auto read_all = [&](const PixelPhases* own) {
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, own, nullptr); });
+  };
+  if (n > options.max_conditions) read_all(nullptr);  // the choice needs settings that only captures state
+  const std::vector<std::size_t> searched = to_be_searched(read, why, options.max_conditions);
+  if (const PixelPhases phases = phases_of(searched); phases.stand_out()) read_all(&phases);
   for (std::size_t i = 0; i < n; ++i) {
     if (missing[i] != 0 && !options.skip_missing)
       throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing continues without it",
                                            campaign.conditions[i].id, why[i]));
   }
   std::string serial = serial_of(campaign, read);
-  Measurements result = together(campaign, options.physical, std::move(read), why);
+  Measurements result = together(campaign, options.physical, std::move(read), why, searched);
   result.serial = std::move(serial);
   return result;
+}
+
+Measurements part(const Measurements& whole, std::span<const std::size_t> chosen) {
+  Measurements some = whole;
+  some.design = std::make_shared<const Design>(whole.design->part(chosen));
+  some.observations = picked(whole.observations, chosen);
+  some.recorded_times = picked(whole.recorded_times, chosen);
+  some.searched.resize(chosen.size());
+  std::iota(some.searched.begin(), some.searched.end(), std::size_t{0});
+  return some;
 }
 
 std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width) {

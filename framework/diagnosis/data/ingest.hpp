@@ -4,6 +4,7 @@
 #pragma once
 
 #include "diagnosis/data/design.hpp"
+#include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/campaign.hpp"
 #include "io/condition.hpp"
@@ -46,15 +47,21 @@ struct Measurements {
   std::optional<NoiseRatio> noise;     ///< if frames and profile both state noise
   std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one per condition; NaN: not recorded
+  std::vector<std::size_t> searched;   ///< conditions to be searched, see representative(); ascending
 };
+
+/// Measurements of some conditions; counts, shares and notes remain those of all. @param chosen ascending
+Measurements part(const Measurements& whole, std::span<const std::size_t> chosen);
 
 struct IngestOptions {
   bool physical = false;
   bool skip_missing = false;
+  std::size_t max_conditions = settings.max_conditions;  ///< to be searched
   std::function<void(double share)> progress;
 };
 
-/// Reads all captures, one condition at a time.
+/// Reads all captures, one condition at a time. Phase offsets of single pixels are those of the conditions to be
+/// searched.
 /// @throws std::runtime_error naming a capture that is missing or unreadable, unless missing ones are skipped
 /// @throws std::invalid_argument if too few conditions remain for a search
 /// @throws config::ConfigurationError for captures of several devices
@@ -63,7 +70,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
 /// Means of a table: distance from the depth or, without it, from the half path, and amplitude if given. The noise is
 /// the spread of the pixels over the square root of their number; the search adds the scatter between boards.
 /// @throws std::invalid_argument if too few conditions remain for a search
-Measurements measure_table(const io::Campaign& campaign, bool physical);
+Measurements measure_table(const io::Campaign& campaign, const IngestOptions& options);
 
 // ---- Input files of a diagnosis, with hashes of their content ----
 
