@@ -25,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+static_assert(DiagnoseArguments::usual_max_conditions == diagnosis::settings.max_conditions);
+
 constexpr const char* output_names[] = {"report.html",
                                         "report.json",
                                         "model.yaml",

@@ -53,10 +53,12 @@ class Reader {
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)),
-        edge_(grid * grid, false) {
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)] = true;
-    }
+        edge_(pixels_.size(), false) {
+    const auto place = [this](std::size_t i) { return superpixel_of(i, pixels_.rows, pixels_.columns, grid); };
+    std::vector<bool> partly_outside(grid * grid, false);
+    for (std::size_t i = 0; i < edge_.size(); ++i)
+      if (std::isnan(pixels_.rays[i].z)) partly_outside[place(i)] = true;
+    for (std::size_t i = 0; i < edge_.size(); ++i) edge_[i] = partly_outside[place(i)];
   }
 
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
@@ -99,7 +101,7 @@ class Reader {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       // The centre of a superpixel that is partly outside the lens model does not represent it.
-      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid)]) signals.back() = {};
+      if (edge_[i]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -115,7 +117,7 @@ class Reader {
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
   simulation::Pixels pixels_;
-  std::vector<bool> edge_;  ///< true: partly outside the lens model; one per superpixel
+  std::vector<bool> edge_;  ///< pixels of superpixels that are partly outside the lens model
 };
 
 /// Serial number of the device that recorded the captures; empty if not recorded.
