@@ -111,12 +111,12 @@ std::vector<Group> in_turn(std::vector<Group> groups, std::size_t most) {
   }
   std::vector<std::size_t> used(index.size(), 0);
   const auto uses = [&](const Group& group) {
-    std::pair<std::size_t, std::size_t> least_and_sum{std::numeric_limits<std::size_t>::max(), 0};
+    std::pair<std::size_t, std::size_t> result{std::numeric_limits<std::size_t>::max(), 0};  // least used level, all
     for (const std::size_t level : group.levels) {
-      least_and_sum.first = std::min(least_and_sum.first, used[level]);
-      least_and_sum.second += used[level];
+      result.first = std::min(result.first, used[level]);
+      result.second += used[level];
     }
-    return least_and_sum;
+    return result;
   };
   most = std::min(most, groups.size());
   for (std::size_t k = 0; k < most; ++k) {
