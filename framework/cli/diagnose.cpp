@@ -29,7 +29,7 @@ void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
   command
       .add_option("--max-conditions", arguments.max_conditions,
                   "Conditions that are searched; of a larger campaign, representative ones are searched and the others "
-                  "are only predicted; default: 1000")
+                  "are only predicted; default: 500")
       ->option_text("N")
       ->check(whole_number(3));
   command.add_flag("--skip-missing", arguments.skip_missing, "Continue without the captures that cannot be read");

@@ -16,7 +16,7 @@ struct DiagnoseArguments {
   std::string shard;       ///< of the --confidence cases; "": all
   std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
-  static constexpr std::size_t usual_max_conditions = 1000;
+  static constexpr std::size_t usual_max_conditions = 500;
   std::size_t max_conditions = usual_max_conditions;  ///< that are searched
   std::size_t confidence = 0;  ///< injected cases
   std::size_t resample = 0;    ///< number of random halves

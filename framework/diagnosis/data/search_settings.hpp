@@ -23,7 +23,7 @@ struct SearchSettings {
   /// be distinguished
   std::size_t min_conditions = 3;
   /// conditions that are searched, at most; the others are only predicted | | chosen, for time and memory
-  std::size_t max_conditions = 1000;
+  std::size_t max_conditions = 500;
   /// levels of a setting, at most, to choose these conditions by them | of the searched conditions | chosen
   double max_level_share = 0.5;
   /// repetitions among these conditions | | chosen
