@@ -89,12 +89,22 @@ TEST(Representative, DividesTheNumberEquallyAmongSettings) {
 }
 
 TEST(Representative, HasEveryLevelIfThereAreMoreSettingsThanPlaces) {
-  const Conditions all = campaign();
-  const std::vector<std::size_t> chosen = representative(all, 8);  // of 15 settings
-  for (const auto& [target, count] : levels_of(all, chosen, &io::Condition::target)) EXPECT_GE(count, 1U) << target;
-  EXPECT_EQ(levels_of(all, chosen, &io::Condition::target).size(), 4U);
-  EXPECT_EQ(levels_of(all, chosen, &io::Condition::integration_time).size(), 4U);
-  EXPECT_EQ(levels_of(all, chosen, &io::Condition::lens).size(), 2U);
+  Conditions all;
+  for (const char* target : {"white", "light", "dark", "black"}) {
+    for (int time = 1; time <= 20; ++time) {
+      for (const double distance : {1.0, 2.0, 3.0}) all.push_back(board(distance, target, 1e-4 * time));
+    }
+  }
+  all.push_back(all.back());
+  all.back().lens = "capped";
+  const std::vector<std::size_t> chosen = representative(all, 40);  // of 81 settings
+  EXPECT_EQ(levels_of(all, chosen, &io::Condition::lens)["capped"], 1U);
+  const auto times = levels_of(all, chosen, &io::Condition::integration_time);
+  EXPECT_EQ(times.size(), 20U);
+  for (const auto& [time, count] : times) EXPECT_NEAR(static_cast<double>(count), 2, 1) << time;
+  const auto targets = levels_of(all, chosen, &io::Condition::target);
+  EXPECT_EQ(targets.size(), 4U);
+  for (const auto& [target, count] : targets) EXPECT_NEAR(static_cast<double>(count), 10, 1) << target;
 }
 
 TEST(Representative, DependsNeitherOnTheOrderInTheFileNorOnChance) {
@@ -112,8 +122,11 @@ TEST(Representative, DependsNeitherOnTheOrderInTheFileNorOnChance) {
 TEST(Representative, TemperatureThatDiffersInEveryConditionDoesNotDivide) {
   Conditions all = campaign();
   for (std::size_t i = 0; i < all.size(); ++i) all[i].temperature = 300 + 0.01 * static_cast<double>(i);
-  const auto levels = levels_of(all, representative(all, 60), &io::Condition::target);
-  for (const char* target : {"white", "grey", "black"}) EXPECT_GE(levels.at(target), 18U) << target;
+  std::map<std::pair<std::string, double>, std::size_t> settings;
+  for (const std::size_t i : representative(all, 63)) ++settings[{all[i].target, all[i].integration_time}];
+  for (const char* target : {"white", "grey", "black"}) {
+    for (const double time : {0.5e-3, 1e-3, 2e-3, 4e-3}) EXPECT_EQ((settings[{target, time}]), 5U) << target << time;
+  }
 }
 
 TEST(Representative, TenthRepeatsOthersIfSomeWereRepeated) {
