@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/batch.hpp"
 #include "cli/commands.hpp"
+#include "cli/diagnose.hpp"
 #include "cli/progress.hpp"
 #include "cli/shell_words.hpp"
 #include "config/diagnostics.hpp"
@@ -39,8 +40,9 @@ constexpr double time_margin = 4, memory_margin = 2;
 constexpr double shard_seconds = 600;                    // target for one task of reduce
 constexpr double min_task_seconds = 600;                 // requested by every task
 constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, requested by every task
-// Cost of one condition in diagnose: docs/large_campaigns.md.
+// Cost of one condition in diagnose, searched or only predicted: docs/large_campaigns.md.
 constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
+constexpr double predict_seconds = 0.04, predict_bytes = 0.05 * (1U << 20U);
 
 /// Returns a child's exit code and its resource usage. @param log receives its output
 std::pair<int, rusage> run_child(const std::vector<std::string>& words, const fs::path& log) {
@@ -137,8 +139,11 @@ std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path&
       time_margin, memory_margin);
   text += fmt::format("REDUCE_TIME={}\nREDUCE_MEMORY={}\n", slurm_time(time_margin * a_shard),
                       slurm_memory(memory_margin * at_once * plan.cost.memory_bytes));
-  text += fmt::format("DIAGNOSE_TIME={}\nDIAGNOSE_MEMORY={}\n", slurm_time(time_margin * search_seconds * conditions),
-                      slurm_memory(memory_margin * search_bytes * conditions));
+  const double searched = std::min<double>(conditions, DiagnoseArguments::usual_max_conditions);
+  const double predicted = conditions - searched;
+  text += fmt::format("DIAGNOSE_TIME={}\nDIAGNOSE_MEMORY={}\n",
+                      slurm_time(time_margin * (search_seconds * searched + predict_seconds * predicted)),
+                      slurm_memory(memory_margin * (search_bytes * searched + predict_bytes * predicted)));
   return text;
 }
 

@@ -26,6 +26,12 @@ void add_run_options(CLI::App& command, DiagnoseArguments& arguments) {
           ->expected(1)
           ->take_all();
   add_old_spelling(command, exclude, "--skip", arguments.skip)->delimiter(',')->expected(1)->take_all();
+  command
+      .add_option("--max-conditions", arguments.max_conditions,
+                  "Conditions that are searched; of a larger campaign, representative ones are searched and the others "
+                  "are only predicted; default: 500")
+      ->option_text("N")
+      ->check(whole_number(3));
   command.add_flag("--skip-missing", arguments.skip_missing, "Continue without the captures that cannot be read");
   command.add_flag("--other-serial", arguments.other_serial,
                    "Use a model of a device with another serial number, with a note");

@@ -16,8 +16,10 @@ struct DiagnoseArguments {
   std::string shard;       ///< of the --confidence cases; "": all
   std::vector<std::string> without, skip;
   std::size_t max_effects = 6;
-  std::size_t confidence = 0;  ///< injected cases
-  std::size_t resample = 0;    ///< number of random halves
+  static constexpr std::size_t usual_max_conditions = 500;
+  std::size_t max_conditions = usual_max_conditions;  ///< that are searched
+  std::size_t confidence = 0;                         ///< injected cases
+  std::size_t resample = 0;                           ///< number of random halves
   std::uint64_t seed = 1;
   unsigned threads = 0;  ///< 0: one per core
   bool skip_missing = false, other_serial = false, force = false, quiet = false;

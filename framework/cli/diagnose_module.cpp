@@ -25,6 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+static_assert(DiagnoseArguments::usual_max_conditions == diagnosis::settings.max_conditions);
+
 constexpr const char* output_names[] = {"report.html",
                                         "report.json",
                                         "model.yaml",
@@ -62,6 +64,7 @@ std::string command_of(const DiagnoseArguments& a) {
   if (a.confidence != usual.confidence) text += fmt::format(" --confidence {}", a.confidence);
   if (a.resample != usual.resample) text += fmt::format(" --stability-selection {}", a.resample);
   for (const std::string& id : a.skip) text += " --exclude-condition " + in_shell(id);
+  if (a.max_conditions != usual.max_conditions) text += fmt::format(" --max-conditions {}", a.max_conditions);
   if (a.skip_missing) text += " --skip-missing";
   if (a.other_serial) text += " --other-serial";
   for (const fs::path& folder : a.plugin_path) text += " --plugin-path " + in_shell(folder.string());
@@ -127,6 +130,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   options.data = diagnosis::campaign_in(arguments.data);
   options.exclude_effects = arguments.without;
   options.exclude_conditions = arguments.skip;
+  options.max_conditions = arguments.max_conditions;
   options.skip_missing = arguments.skip_missing;
   options.other_serial = arguments.other_serial;
   options.search.max_effects = arguments.max_effects;

@@ -20,6 +20,8 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
+#include <utility>
 
 namespace tofgraph::diagnosis {
 namespace {
@@ -96,15 +98,16 @@ class Run {
 
   std::unique_ptr<Diagnosis> run() {
     const io::Campaign campaign = read();
-    IngestOptions ingest{d_->model.physical, options_.skip_missing, {}, options_.max_superpixels};
+    IngestOptions ingest{d_->model.physical, options_.skip_missing, options_.max_conditions, {}};
     ingest.progress = [this](double share) {
       if (limit_.at(settings.searched_by).has_passed())
         throw std::runtime_error("--time-limit: error: it ended while captures were read, nothing was searched");
       progress(read_by * share, "reading captures");
     };
-    d_->measurements = campaign.from_table ? measure_table(campaign, d_->model.physical) : measure(campaign, ingest);
+    d_->measurements = campaign.from_table ? measure_table(campaign, ingest) : measure(campaign, ingest);
     check_serial();
     require_consistent(d_->measurements);
+    set_unsearched_aside();
     const Problem& problem = d_->problem.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note(notes_on(d_->measurements, problem));
     progress(read_by, "determining what these data can show");
@@ -124,6 +127,7 @@ class Run {
     }
     progress(found_by, "computing values and intervals");
     compute_gaps();
+    if (whole_ && !d_->search.time_expired) predict_rest();
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, problem, d_->search.after.state);
@@ -146,6 +150,26 @@ class Run {
     options.fold_done = nullptr;
     options.deadline = options.verification = options.comparison = {};
     return options;
+  }
+
+  /// Of a campaign with too many conditions, only those to be searched are kept in the diagnosis.
+  void set_unsearched_aside() {
+    const std::size_t all = d_->measurements.design->size(), searched = d_->measurements.searched.size();
+    if (searched == all) return;
+    d_->unsearched = Unsearched{.conditions = all - searched};
+    Measurements kept = part(d_->measurements, d_->measurements.searched);
+    whole_ = std::exchange(d_->measurements, std::move(kept));
+  }
+
+  /// Predicts the conditions that were not searched.
+  void predict_rest() {
+    progress(found_by, "predicting the conditions that were not searched");
+    const std::vector<std::size_t> rest = left_by({.held = whole_->searched}, whole_->design->size());
+    const CrossFit predicted = predict_unsearched(*d_->problem, *whole_->design, whole_->observations, rest,
+                                                  d_->given_as_written, d_->search.after.state);
+    for (std::size_t o = 0; o < observables; ++o) d_->unsearched->gaps[o] = predicted.gap(o, "", options_.search.seed);
+    if (const std::string& why = predicted.folds.front().failed; !why.empty())
+      note({fmt::format("The conditions that were not searched could not be predicted: {}", why)});
   }
 
   void inject(const SearchOptions& options) {
@@ -352,6 +376,7 @@ class Run {
   const graph::PluginRegistry& catalogue_;
   const DiagnosisOptions& options_;
   std::unique_ptr<Diagnosis> d_ = std::make_unique<Diagnosis>();
+  std::optional<Measurements> whole_;  ///< of all conditions, if only some are searched
   const TimeLimit limit_{options_.time_limit};
   std::mutex mutex_;
   double share_ = read_by;

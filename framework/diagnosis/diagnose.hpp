@@ -19,8 +19,8 @@ struct DiagnosisOptions {
   std::vector<std::string> exclude_effects;     ///< not candidates
   std::vector<std::string> exclude_conditions;  ///< ids
   bool skip_missing = false;
-  std::size_t max_superpixels = settings.max_superpixels;  ///< of all conditions, see superpixel_grid()
-  bool other_serial = false;                               ///< a model of another device is accepted, with a warning
+  std::size_t max_conditions = settings.max_conditions;  ///< that are searched; the others are only predicted
+  bool other_serial = false;                             ///< a model of another device is accepted, with a warning
   std::size_t confidence = 0;     ///< number of injected cases that estimate how often the search is right
   std::size_t random_halves = 0;  ///< that are searched; 0: only without repeated measurements
   double time_limit = 0;          ///< s; 0: none

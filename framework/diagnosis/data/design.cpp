@@ -7,6 +7,7 @@
 #include "simulation/simulation.hpp"
 
 #include <fmt/format.h>
+#include <tbb/parallel_for.h>
 #include <tofgraph/physics/constants.hpp>
 
 #include <algorithm>
@@ -23,6 +24,14 @@ simulation::BoardPose scaled_reflectivity(simulation::BoardPose pose, double lig
   return pose;
 }
 
+/// Acquisitions, which refer to the texts of the conditions.
+std::vector<simulation::Acquisition> shots_of(const tofgraph_camera& camera,
+                                              const std::vector<io::Condition>& conditions) {
+  std::vector<simulation::Acquisition> shots;
+  for (const io::Condition& condition : conditions) shots.push_back(simulation::acquisition_of(camera, condition));
+  return shots;
+}
+
 }  // namespace
 
 Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> conditions, std::size_t superpixels,
@@ -33,45 +42,40 @@ Design::Design(io::CameraPtr camera, bool physical, std::vector<io::Condition> c
       grid_(superpixels),
       conditions_(std::move(conditions)),
       jitter_(jitter),
+      shots_(shots_of(camera_->view(), conditions_)),
       pixels_(simulation::superpixels(camera_->view(), grid_, grid_)),
       fine_(simulation::superpixels(camera_->view(), grid_ * fine, grid_ * fine)),
       whole_(simulation::whole_image(camera_->view())) {
+  ideal_.resize(size());
+  shifts_.resize(size());
+  offsets_.resize(size());
   const simulation::ForwardModel ideal(this->camera(), physical_, {});
-  for (std::size_t i = 0; i < size(); ++i) {
-    shots_.push_back(simulation::acquisition_of(this->camera(), conditions_[i]));
-    ideal_.push_back(ideal_signals(pixels_, i));
-    if (grid_ != single) fine_ideal_.push_back(ideal_signals(fine_, i));
-  }
-  for (std::size_t i = 0; i < size(); ++i) {
+  tbb::parallel_for(std::size_t{0}, size(), [&](std::size_t i) {
+    ideal_[i] = ideal_signals(pixels_, i);
+    shifts_[i].assign(rows(), 0);
+    if (!shows_board(i)) return;
     const simulation::BoardPose pose = pose_of(conditions_[i]);
-    offsets_.emplace_back();
-    if (!shows_board(i)) {
-      shifts_.emplace_back(rows(), 0);
-      continue;
-    }
-    shifts_.push_back(shift_of(ideal, i, pose));
-    if (std::hypot(pose.tilt_x, pose.tilt_y) < settings.offset_min_tilt) continue;
-    offsets_.back().assign(rows(), 0);
-    std::fill_n(offsets_.back().begin() + static_cast<std::ptrdiff_t>(distance * pixels_.size()), pixels_.size(), 1.0);
-  }
+    shifts_[i] = shift_of(ideal, i, pose);
+    if (std::hypot(pose.tilt_x, pose.tilt_y) < settings.offset_min_tilt) return;
+    offsets_[i].assign(rows(), 0);
+    std::fill_n(offsets_[i].begin() + static_cast<std::ptrdiff_t>(distance * pixels_.size()), pixels_.size(), 1.0);
+  });
 }
 
-Design Design::part(std::span<const std::size_t> chosen) const {
-  Design some(*this);
-  const auto pick = [&](auto& all) {
-    if (all.empty()) return;
-    auto whole = std::move(all);
-    all.clear();
-    for (const std::size_t i : chosen) all.push_back(std::move(whole[i]));
-  };
-  pick(some.conditions_);
-  pick(some.shots_);
-  pick(some.ideal_);
-  pick(some.fine_ideal_);
-  pick(some.shifts_);
-  pick(some.offsets_);
-  return some;
-}
+Design::Design(const Design& whole, std::span<const std::size_t> chosen)
+    : camera_(whole.camera_),
+      demodulation_(whole.demodulation_),
+      physical_(whole.physical_),
+      grid_(whole.grid_),
+      conditions_(picked(whole.conditions_, chosen)),
+      jitter_(whole.jitter_),
+      shots_(shots_of(camera_->view(), conditions_)),
+      pixels_(whole.pixels_),
+      fine_(whole.fine_),
+      whole_(whole.whole_),
+      ideal_(picked(whole.ideal_, chosen)),
+      shifts_(picked(whole.shifts_, chosen)),
+      offsets_(picked(whole.offsets_, chosen)) {}
 
 void require_enough(std::size_t conditions, const std::vector<std::string>& left_out) {
   if (conditions >= settings.min_conditions) return;
@@ -111,9 +115,7 @@ std::vector<Signal> Design::signals(const simulation::ForwardModel& model, const
   if (model.has_readout()) model.read_out(shots_[i], pixels, expectation.taps);
   std::vector<Signal> result = demodulated(expectation.taps, pixels.size());
   if (shows_board(i)) return result;
-  const std::vector<Signal> board = &pixels == &pixels_ ? ideal_[i]
-                                    : &pixels == &fine_ ? fine_ideal_[i]
-                                                        : ideal_signals(pixels, i);
+  const std::vector<Signal> board = &pixels == &pixels_ ? ideal_[i] : ideal_signals(pixels, i);
   for (std::size_t s = 0; s < pixels.size(); ++s) result[s] += board[s];
   return result;
 }
@@ -174,9 +176,7 @@ std::vector<double> Design::predict_finely(const simulation::ForwardModel& model
   if (grid_ == single) return predict(model, i, light);
   const simulation::Pixels& pixels = every_pixel ? whole_ : fine_;
   const std::vector<Signal> seen = signals(model, pixels, i, scaled_reflectivity(pose_of(conditions_[i]), light));
-  std::vector<Signal> every;
-  if (every_pixel) every = ideal_signals(pixels, i);
-  const std::vector<Signal>& base = every_pixel ? every : fine_ideal_[i];
+  const std::vector<Signal> base = ideal_signals(pixels, i);
   struct Sums {
     std::complex<double> product;
     double square = 0, amplitude = 0, lengths = 0, intensity = 0, base_intensity = 0, null1 = 0, null2 = 0;

@@ -18,7 +18,7 @@
 
 namespace tofgraph::diagnosis {
 
-/// Superpixels per row and per column, see superpixel_grid(); `single`: the data are means over a board.
+/// Superpixels per row and per column; `single`: the data are means over a board.
 inline constexpr std::size_t grid = 12, single = 1;
 /// Points per row and per column that represent a superpixel, at the centres of equal parts: their error for a curved
 /// pattern is a 25th of that of the superpixel's centre alone.
@@ -38,6 +38,13 @@ bool is_light_known(const io::Condition& condition);
 /// Pose of a condition's board; an unknown reflectivity becomes unknown_reflectivity.
 simulation::BoardPose pose_of(const io::Condition& condition);
 
+/// Some elements of a list. @param chosen their indices
+template <class T> std::vector<T> picked(const std::vector<T>& all, std::span<const std::size_t> chosen) {
+  std::vector<T> some;
+  for (const std::size_t i : chosen) some.push_back(all[i]);
+  return some;
+}
+
 /// Conditions with their ideal signals. Immutable; may be used from several threads.
 class Design {
  public:
@@ -48,7 +55,7 @@ class Design {
          double jitter = std::numeric_limits<double>::infinity());
 
   /// Design of a subset of the conditions, independent of this one. @param chosen indices of conditions, ascending
-  Design part(std::span<const std::size_t> chosen) const;
+  Design part(std::span<const std::size_t> chosen) const { return {*this, chosen}; }
 
   const tofgraph_camera& camera() const { return camera_->view(); }
   const io::CameraPtr& camera_pointer() const { return camera_; }
@@ -108,6 +115,7 @@ class Design {
   double incidence(std::size_t condition, std::size_t superpixel) const;
 
  private:
+  Design(const Design& whole, std::span<const std::size_t> chosen);
   std::vector<Signal> signals(const simulation::ForwardModel& model, const simulation::Pixels& pixels,
                               std::size_t condition, const simulation::BoardPose& pose) const;
   /// Signals of the ideal camera; for a capped lens those of stand_in().
@@ -126,8 +134,8 @@ class Design {
   double jitter_;
   std::vector<simulation::Acquisition> shots_;
   simulation::Pixels pixels_, fine_, whole_;
-  std::vector<std::vector<Signal>> ideal_, fine_ideal_;  ///< fine_ideal_ is empty for a single superpixel
-  std::vector<std::vector<double>> shifts_, offsets_;    ///< offsets_ are empty where they equal the shifts
+  std::vector<std::vector<Signal>> ideal_;
+  std::vector<std::vector<double>> shifts_, offsets_;  ///< offsets_ are empty where they equal the shifts
 };
 
 }  // namespace tofgraph::diagnosis

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
+#include "diagnosis/data/representative.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/condition_statistics.hpp"
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 namespace tofgraph::diagnosis {
@@ -51,14 +53,14 @@ class Reader {
         ideal_(camera_, options.physical, {}),
         demodulation_(physics::exposures_of(camera_)),
         pixels_(simulation::whole_image(camera_)),
-        grid_(superpixel_grid(campaign.conditions.size(), options.max_superpixels)),
-        edge_(grid_ * grid_, false) {
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (std::isnan(pixels_.rays[i].z)) edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid_)] = true;
-    }
+        edge_(pixels_.size(), false) {
+    const auto place = [this](std::size_t i) { return superpixel_of(i, pixels_.rows, pixels_.columns, grid); };
+    std::vector<bool> partly_outside(grid * grid, false);
+    for (std::size_t i = 0; i < edge_.size(); ++i)
+      if (std::isnan(pixels_.rays[i].z)) partly_outside[place(i)] = true;
+    for (std::size_t i = 0; i < edge_.size(); ++i) edge_[i] = partly_outside[place(i)];
   }
 
-  std::size_t grid() const { return grid_; }
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
 
   /// @param own, found as in reduce()
@@ -79,7 +81,7 @@ class Reader {
     const std::vector<Signal> base = ideal(condition);
     const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
     result.observations =
-        reduce(sums, base, grid_, {camera_.read_noise, camera_.shot_noise}, scale,
+        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
                {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
                condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
     result.saturated = sums.saturated();
@@ -99,7 +101,7 @@ class Reader {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       signals.push_back(demodulation_.of_taps(&taps[i], pixels_.size()));
       // The centre of a superpixel that is partly outside the lens model does not represent it.
-      if (edge_[superpixel_of(i, pixels_.rows, pixels_.columns, grid_)]) signals.back() = {};
+      if (edge_[i]) signals.back() = {};
     }
     if (condition.board_size && !condition.is_capped()) {
       const std::vector<bool> seen = on_board(condition, expected.hits, camera_.width);
@@ -115,8 +117,7 @@ class Reader {
   simulation::ForwardModel ideal_;
   Demodulation demodulation_;
   simulation::Pixels pixels_;
-  std::size_t grid_;
-  std::vector<bool> edge_;  ///< true: partly outside the lens model; one per superpixel
+  std::vector<bool> edge_;  ///< pixels of superpixels that are partly outside the lens model
 };
 
 /// Serial number of the device that recorded the captures; empty if not recorded.
@@ -130,10 +131,23 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
   return serial;
 }
 
-/// Measurements of the usable conditions. @param grid superpixels per row and per column
-/// @param why reason why a condition is unusable, or empty; one per condition
-Measurements together(const io::Campaign& campaign, bool physical, std::size_t grid, std::vector<Read> read,
-                      const std::vector<std::string>& why) {
+/// Conditions to be searched: usable ones that represent all. @param why as in together()
+std::vector<std::size_t> to_be_searched(const std::vector<Read>& read, const std::vector<std::string>& why,
+                                        std::size_t most) {
+  std::vector<std::size_t> usable;
+  std::vector<io::Condition> conditions;
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    if (!why[i].empty()) continue;
+    usable.push_back(i);
+    conditions.push_back(read[i].condition);
+  }
+  return picked(usable, representative(conditions, most));
+}
+
+/// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
+/// @param searched those to be searched, ascending
+Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
+                      const std::vector<std::string>& why, const std::vector<std::size_t>& searched) {
   Measurements result;
   std::vector<io::Condition> used;
   std::vector<double> noise;  // ratios of measured to profile noise, one per condition
@@ -143,6 +157,7 @@ Measurements together(const io::Campaign& campaign, bool physical, std::size_t g
       result.left_out.push_back(fmt::format("{}: {}", campaign.conditions[i].id, why[i]));
       continue;
     }
+    if (std::ranges::binary_search(searched, i)) result.searched.push_back(used.size());
     Read& r = read[i];
     used.push_back(std::move(r.condition));
     result.observations.push_back(std::move(r.observations));
@@ -172,13 +187,6 @@ Measurements together(const io::Campaign& campaign, bool physical, std::size_t g
 
 }  // namespace
 
-std::size_t superpixel_grid(std::size_t conditions, std::size_t limit) {
-  for (const std::size_t side : {grid, std::size_t{10}, std::size_t{8}, std::size_t{6}, std::size_t{5}}) {
-    if (conditions * side * side <= limit) return side;
-  }
-  return 4;
-}
-
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   const Reader reader(campaign, options);
   const std::size_t n = campaign.conditions.size();
@@ -204,24 +212,40 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
     }
     if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));
   };
-  const PixelPhases phases = tbb::parallel_deterministic_reduce(
-      tbb::blocked_range<std::size_t>(0, n), reader.no_phases(),
-      [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
-        for (std::size_t i = some.begin(); i < some.end(); ++i) read_one(i, nullptr, &sum);
-        return sum;
-      },
-      [](PixelPhases one, const PixelPhases& other) { return one += other; });
-  if (phases.stand_out()) tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, &phases, nullptr); });
-
+  const auto phases_of = [&](const std::vector<std::size_t>& chosen) {
+    return tbb::parallel_deterministic_reduce(
+        tbb::blocked_range<std::size_t>(0, chosen.size()), reader.no_phases(),
+        [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
+          for (std::size_t k = some.begin(); k < some.end(); ++k) read_one(chosen[k], nullptr, &sum);
+          return sum;
+        },
+        [](PixelPhases one, const PixelPhases& other) { return one += other; });
+  };
+  const auto read_all = [&](const PixelPhases* own) {
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, own, nullptr); });
+  };
+  if (n > options.max_conditions) read_all(nullptr);  // the choice needs settings that only captures state
+  const std::vector<std::size_t> searched = to_be_searched(read, why, options.max_conditions);
+  if (const PixelPhases phases = phases_of(searched); phases.stand_out()) read_all(&phases);
   for (std::size_t i = 0; i < n; ++i) {
     if (missing[i] != 0 && !options.skip_missing)
       throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing continues without it",
                                            campaign.conditions[i].id, why[i]));
   }
   std::string serial = serial_of(campaign, read);
-  Measurements result = together(campaign, options.physical, reader.grid(), std::move(read), why);
+  Measurements result = together(campaign, options.physical, std::move(read), why, searched);
   result.serial = std::move(serial);
   return result;
+}
+
+Measurements part(const Measurements& whole, std::span<const std::size_t> chosen) {
+  Measurements some = whole;
+  some.design = std::make_shared<const Design>(whole.design->part(chosen));
+  some.observations = picked(whole.observations, chosen);
+  some.recorded_times = picked(whole.recorded_times, chosen);
+  some.searched.resize(chosen.size());
+  std::iota(some.searched.begin(), some.searched.end(), std::size_t{0});
+  return some;
 }
 
 std::vector<bool> on_board(const io::Condition& condition, std::span<const simulation::Hit> hits, std::size_t width) {

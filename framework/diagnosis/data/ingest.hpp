@@ -27,11 +27,6 @@ std::vector<bool> on_board(const io::Condition& condition, std::span<const simul
 
 // ---- From captures to observations ----
 
-/// Superpixels per row and per column, `grid` or fewer, so that those of all conditions together stay below a limit:
-/// their memory and time then hardly grow with the campaign. At least 4, which still distinguish a tilt from a
-/// curvature.
-std::size_t superpixel_grid(std::size_t conditions, std::size_t limit = settings.max_superpixels);
-
 /// Standard deviation between the frames of a condition over that of the profile's noise.
 struct NoiseRatio {
   double middle, least, most;  ///< over the conditions; middle: median
@@ -52,16 +47,21 @@ struct Measurements {
   std::optional<NoiseRatio> noise;     ///< if frames and profile both state noise
   std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one per condition; NaN: not recorded
+  std::vector<std::size_t> searched;   ///< conditions to be searched, see representative(); ascending
 };
+
+/// Measurements of some conditions; counts, shares and notes remain those of all. @param chosen ascending
+Measurements part(const Measurements& whole, std::span<const std::size_t> chosen);
 
 struct IngestOptions {
   bool physical = false;
   bool skip_missing = false;
+  std::size_t max_conditions = settings.max_conditions;  ///< to be searched
   std::function<void(double share)> progress;
-  std::size_t max_superpixels = settings.max_superpixels;  ///< see superpixel_grid()
 };
 
-/// Reads all captures, one condition at a time.
+/// Reads all captures, one condition at a time. Phase offsets of single pixels are those of the conditions to be
+/// searched.
 /// @throws std::runtime_error naming a capture that is missing or unreadable, unless missing ones are skipped
 /// @throws std::invalid_argument if too few conditions remain for a search
 /// @throws config::ConfigurationError for captures of several devices
@@ -70,7 +70,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
 /// Means of a table: distance from the depth or, without it, from the half path, and amplitude if given. The noise is
 /// the spread of the pixels over the square root of their number; the search adds the scatter between boards.
 /// @throws std::invalid_argument if too few conditions remain for a search
-Measurements measure_table(const io::Campaign& campaign, bool physical);
+Measurements measure_table(const io::Campaign& campaign, const IngestOptions& options);
 
 // ---- Input files of a diagnosis, with hashes of their content ----
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns that exist only as statistics: one mean over a window of the board per condition.
 #include "diagnosis/data/ingest.hpp"
+#include "diagnosis/data/representative.hpp"
 #include "diagnosis/data/search_settings.hpp"
 
 #include "simulation/simulation.hpp"
@@ -47,7 +48,8 @@ Ideal ideal_of(const tofgraph_camera& camera, bool physical, const io::Condition
 
 }  // namespace
 
-Measurements measure_table(const io::Campaign& campaign, bool physical) {
+Measurements measure_table(const io::Campaign& campaign, const IngestOptions& options) {
+  const bool physical = options.physical;
   Measurements result;
   result.table = true;
   std::vector<io::Condition> used;
@@ -64,6 +66,7 @@ Measurements measure_table(const io::Campaign& campaign, bool physical) {
   result.replicates = true;
   result.recorded_times.assign(used.size(), io::unknown);
   result.design = std::make_shared<const Design>(campaign.camera, physical, used, single, campaign.jitter);
+  result.searched = representative(used, options.max_conditions);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const io::Measured& measured = used[i].measured;
     const Ideal ideal = ideal_of(campaign.camera->view(), physical, used[i]);

@@ -22,12 +22,16 @@ struct SearchSettings {
   /// conditions of a search or fold, at least | | statistical: with fewer, a model's error and a condition's own cannot
   /// be distinguished
   std::size_t min_conditions = 3;
+  /// conditions that are searched, at most; the others are only predicted | | chosen, for time and memory
+  std::size_t max_conditions = 500;
+  /// levels of a setting, at most, to choose these conditions by them | of the searched conditions | chosen
+  double max_level_share = 0.5;
+  /// repetitions among these conditions | | chosen
+  double share_of_repetitions = 0.1;
   /// start of an unknown reflectivity | | chosen: a start; without any amplitudes, that of the first target
   double unknown_reflectivity = 0.5;
   /// pixel dropped as an outlier beyond | robust sd | chosen
   double pixel_outlier = 6;
-  /// superpixels of all conditions together, at most; with more conditions their grid is coarser | | chosen, for memory
-  std::size_t max_superpixels = 144000;
   /// pixels of a superpixel, at least | | chosen
   std::size_t min_pixels = 8;
   /// neighbouring pairs to estimate noise, at least | | statistical: the noise is then known to a quarter

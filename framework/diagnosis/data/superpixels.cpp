@@ -155,8 +155,14 @@ class Reduction {
         scale_(scale),
         frames_(static_cast<double>(sums.content_.frames)),
         stands_in_(stands_in),
-        own_(own),
-        found_(found) {}
+        found_(found) {
+    means_.reserve(ideal_.size());
+    for (std::size_t i = 0; i < ideal_.size(); ++i) {
+      Signal& signal = means_.emplace_back(sums_.mean(i));
+      if (stands_in_) signal += ideal_[i];
+      if (own != nullptr) signal.phasor = own->aligned(i, signal.phasor);
+    }
+  }
 
   void superpixel(const std::vector<std::size_t>& candidates, std::size_t s, std::size_t n, Observations& out,
                   ReductionCounts& counts) const {
@@ -196,12 +202,7 @@ class Reduction {
   }
 
  private:
-  Signal mean(std::size_t i) const {
-    Signal signal = sums_.mean(i);
-    if (stands_in_) signal += ideal_[i];
-    if (own_ != nullptr) signal.phasor = own_->aligned(i, signal.phasor);
-    return signal;
-  }
+  const Signal& mean(std::size_t i) const { return means_[i]; }
 
   /// Mean of the brightest tap, counts.
   double brightest(std::size_t i) const {
@@ -211,7 +212,7 @@ class Reduction {
   }
 
   Relative relative_to_ideal(std::size_t i) const {
-    const Signal m = mean(i);
+    const Signal& m = mean(i);
     const std::complex<double> q = m.phasor / ideal_[i].phasor;
     const double a = std::abs(ideal_[i].phasor);
     return {q.real(), q.imag(), m.intensity / ideal_[i].intensity, m.null1 / a, m.null2 / a};
@@ -298,7 +299,7 @@ class Reduction {
     std::complex<double> product;
     double square = 0, light = 0, ideal_light = 0, null1_sum = 0, null2_sum = 0, amplitudes = 0;
     for (const std::size_t i : pixels) {
-      const Signal m = mean(i);
+      const Signal& m = mean(i);
       const std::complex<double> base = ideal_[i].phasor;
       product += m.phasor * std::conj(base);
       square += std::norm(base);
@@ -357,8 +358,8 @@ class Reduction {
   const physics::TapNoise& noise_;
   double scale_, frames_;
   bool stands_in_;
-  const PixelPhases* own_;
   PixelPhases* found_;
+  std::vector<Signal> means_;  ///< one per pixel, without its own phase offset
 };
 
 Observations reduce(const FrameSums& sums, std::span<const Signal> ideal, std::size_t grid,

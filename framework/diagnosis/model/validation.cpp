@@ -2,10 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/model/validation.hpp"
 
-#include "diagnosis/data/search_settings.hpp"
-
-#include <fmt/format.h>
-#include <fmt/ranges.h>
+#include "diagnosis/data/representative.hpp"
 
 #include <algorithm>
 #include <array>
@@ -45,17 +42,6 @@ double gap(const Problem& problem, const State& state, std::size_t observable) {
   });
   return std::sqrt(sum / count);
 }
-
-namespace {
-
-/// All settings of a condition; equal for repeated measurements.
-std::string settings_of(const io::Condition& c) {
-  return fmt::format("{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}|{}", c.board_distance, c.board_tilt_x,
-                     c.board_tilt_y, c.target, c.reflectivity, c.integration_time, fmt::join(c.sources, " "), c.ambient,
-                     c.roll, c.velocity, c.session, c.reference, c.lens, c.rail, c.time_since_power_on, c.temperature);
-}
-
-}  // namespace
 
 MeasuredNoise measured_noise(const Problem& problem, bool frames, std::size_t observable) {
   MeasuredNoise result;

@@ -63,6 +63,12 @@ struct Gap {
   double noise_and_scatter = 0;                                                         ///< gap of a complete model
 };
 
+/// Conditions that were only predicted, because the campaign has more than are searched.
+struct Unsearched {
+  std::size_t conditions = 0;
+  std::array<CrossFit::Gap, observables> gaps;  ///< NaN: not predicted
+};
+
 /// Sections of the report with notes of their own.
 enum class NoteOn { data, names, nuisances, dropped };
 struct Note {
@@ -81,7 +87,8 @@ struct Diagnosis {
   Verdict verdict = Verdict::nothing_found;
   std::vector<EffectResult> effects;
   std::array<Gap, observables> gaps;  ///< NaN for observables without data
-  std::vector<Note> notes;            ///< for the reader: masks, noise, exclusions
+  std::optional<Unsearched> unsearched;
+  std::vector<Note> notes;  ///< for the reader: masks, noise, exclusions
   Audit audit;
   SearchResult search;
   State given_as_written;           ///< the given model with its parameters, reflectivities and variances fitted
@@ -95,8 +102,8 @@ struct Diagnosis {
   std::optional<MeasuredContrast> contrast;  ///< if intensities are known
   std::optional<PixelSpread> spread;         ///< if a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
-  Measurements measurements;
-  std::optional<Problem> problem;  ///< of these measurements
+  Measurements measurements;                 ///< of the searched conditions
+  std::optional<Problem> problem;            ///< of these measurements
   std::string campaign_name;
   std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
@@ -104,10 +111,14 @@ struct Diagnosis {
   std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
 
   std::vector<std::string> notes_on(NoteOn section) const;
+  /// Number of conditions, searched and not.
+  std::size_t conditions() const { return measurements.design->size() + (unsearched ? unsearched->conditions : 0); }
 };
 
 /// Summary in one sentence.
 std::string summary(const Diagnosis& diagnosis);
+/// Sentence on the conditions that were only predicted; "" if all were searched.
+std::string text_on_unsearched(const Diagnosis& diagnosis);
 /// Contents of report.json and of the extended model's file.
 nlohmann::json report_json(const Diagnosis& diagnosis);
 std::string model_yaml(const Diagnosis& diagnosis);

@@ -93,6 +93,24 @@ void add_gaps(report::Page& page, const Diagnosis& d) {
              rows);
 }
 
+/// Adds the gaps of the conditions that were only predicted.
+void add_unsearched(report::Page& page, const Diagnosis& d) {
+  if (!d.unsearched) return;
+  page.paragraph(text_on_unsearched(d) +
+                 " They neither chose effects nor changed values; only their stated settings were compared with their "
+                 "data before the search, as those of all conditions. Other sections of this report concern the "
+                 "conditions that were searched.");
+  std::vector<Row> rows;
+  for (std::size_t o = 0; o < observables; ++o) {
+    const CrossFit::Gap& gap = d.unsearched->gaps[o];
+    if (std::isnan(gap.before)) continue;
+    const auto text = [&](double value) { return shown_within(value, (gap.high - gap.low) / 2, o); };
+    rows.push_back(
+        {label(o), text(gap.before), fmt::format("{} ({} to {})", text(gap.after), text(gap.low), text(gap.high))});
+  }
+  if (!rows.empty()) page.table(Row{"gap, not searched, of", "simulated", "extended (95 %)"}, rows);
+}
+
 /// Adds the nuisances, which are visible in every figure.
 void add_nuisances(report::Page& page, const ReportData& data) {
   const std::vector<std::string> notes = data.d.notes_on(NoteOn::nuisances);
@@ -166,6 +184,7 @@ void add_verdict(report::Page& page, const ReportData& data) {
                       "camera, relative to intensity I and amplitude a."
                     : ""));
   add_gaps(page, d);
+  add_unsearched(page, d);
 }
 
 /// Adds all notes except those of other sections.
@@ -246,8 +265,8 @@ void add_origin(report::Page& page, const ReportData& data) {
                      i == 0 || d.campaign_name.empty() ? "" : fmt::format("\u201c{}\u201d, ", d.campaign_name),
                      d.inputs[i].file, d.inputs[i].sha256)});
   rows.push_back({"data", d.measurements.table
-                              ? fmt::format("{} conditions, one mean each", data.design.size())
-                              : fmt::format("{} conditions, {} frames", data.design.size(), d.measurements.frames)});
+                              ? fmt::format("{} conditions, one mean each", d.conditions())
+                              : fmt::format("{} conditions, {} frames", d.conditions(), d.measurements.frames)});
   if (!d.origin.command.empty()) rows.push_back({"command", d.origin.command});
   rows.push_back({"seed", fmt::format("{}", d.seed)});
   if (!d.origin.date.empty()) {

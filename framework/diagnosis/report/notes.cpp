@@ -111,12 +111,6 @@ std::vector<std::string> notes_on_found(const Problem& problem, const SearchResu
 std::vector<std::string> notes_on(const Measurements& m, const Problem& problem) {
   std::vector<std::string> notes;
   for (const std::string& text : m.left_out) notes.push_back("Left out: " + text);
-  if (const std::size_t side = m.design->side(); !m.table && side < grid)
-    notes.push_back(
-        fmt::format("Because the campaign has {0} conditions, each was reduced to {1} x {1} superpixels instead of "
-                    "{2} x {2}, to limit memory and time: patterns finer than an image {1} superpixels wide are "
-                    "averaged.",
-                    m.design->size() + m.left_out.size(), side, grid));
   if (!m.replicates)
     notes.push_back(
         "Some conditions have only one frame: there the noise is taken from the camera's profile, not measured.");

@@ -34,6 +34,20 @@ json gap_of(const Gap& gap, std::string_view unit) {
           {"noise_and_scatter", number(gap.noise_and_scatter)}};
 }
 
+json unsearched_of(const Unsearched& unsearched) {
+  json result = {{"conditions", unsearched.conditions}};
+  for (std::size_t o = 0; o < observables; ++o) {
+    const CrossFit::Gap& gap = unsearched.gaps[o];
+    if (o != distance && std::isnan(gap.before)) continue;
+    result[observable_names[o]] = {{"unit", observable_units[o]},
+                                   {"before", number(gap.before)},
+                                   {"after", number(gap.after)},
+                                   {"low", number(gap.low)},
+                                   {"high", number(gap.high)}};
+  }
+  return result;
+}
+
 json effect_of(const EffectResult& effect, const std::vector<io::Condition>& conditions) {
   json parameters = json::object();
   for (const ParameterResult& p : effect.parameters)
@@ -269,6 +283,7 @@ json report_json(const Diagnosis& d) {
     if (std::isfinite(d.gaps[o].before))
       report["observables"][observable_names[o]] = gap_of(d.gaps[o], observable_units[o]);
   }
+  if (d.unsearched) report["unsearched"] = unsearched_of(*d.unsearched);
   report["where"] = json::array();
   for (const Pattern& p : d.search.where) report["where"].push_back(pattern_of(p));
   report["blind"] = json::array();
@@ -290,7 +305,7 @@ json report_json(const Diagnosis& d) {
   report["lack_of_fit"] = {{"chi2_over_freedom", d.search.lack_of_fit}, {"freedom", d.search.freedom}};
   report["nuisances"] = nuisances_json(d);
   report["campaign"] = {{"name", d.campaign_name}, {"notes", d.campaign_notes}};
-  report["data"] = {{"conditions", d.measurements.design->size()}, {"frames", d.measurements.frames}};
+  report["data"] = {{"conditions", d.conditions()}, {"frames", d.measurements.frames}};
   if (const auto& noise = d.measurements.noise)
     report["noise"] = {{"over_profile", noise->middle}, {"least", noise->least}, {"most", noise->most}};
   if (d.spread) report["pixel_spread"] = spread_of(*d.spread);

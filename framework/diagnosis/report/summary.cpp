@@ -218,10 +218,22 @@ std::string_view verdict_name(Verdict verdict) {
   return names[static_cast<std::size_t>(verdict)];
 }
 
+std::string text_on_unsearched(const Diagnosis& d) {
+  if (!d.unsearched) return "";
+  const std::string searched =
+      fmt::format("{} of {} conditions were searched", d.measurements.design->size(), d.conditions());
+  const CrossFit::Gap& gap = d.unsearched->gaps[distance];
+  if (std::isnan(gap.before)) return searched + "; the others were not predicted.";
+  const auto text = [&](double value) { return shown_within(value, (gap.high - gap.low) / 2, distance); };
+  return fmt::format("{}; the distance gap of the other {}, to which nothing was fitted, goes from {} to {}.", searched,
+                     d.unsearched->conditions, text(gap.before), text(gap.after));
+}
+
 std::string summary(const Diagnosis& d) {
   constexpr std::size_t reported = 3;  // misplaced boards; the notes list all
   const std::vector<std::string> misplaced = notes_on_misplaced(*d.measurements.design, d.search);
   std::string text = outcome(d);
+  if (d.unsearched) text += " " + text_on_unsearched(d);
   for (std::size_t i = 0; i < std::min(reported, misplaced.size()); ++i) text += " " + misplaced[i];
   if (misplaced.size() > reported)
     text += fmt::format(" {} more conditions are wrong in the same way, see the notes.", misplaced.size() - reported);

@@ -7,7 +7,6 @@
 #include "diagnosis/search/folds.hpp"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #include <tofgraph/physics/robust.hpp>
@@ -15,7 +14,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <iterator>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <span>
@@ -26,24 +27,28 @@ namespace tofgraph::diagnosis {
 
 namespace {
 
+/// ln of the profile's contrast over the fitted one; nullopt if it is not fitted.
+std::optional<double> fitted_contrast(const Problem& problem, const State& state) {
+  return has_contrast(problem.nuisances) ? std::optional(log_lower_contrast(problem, state)) : std::nullopt;
+}
+
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
                      const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
                      const SearchOptions& options) {
   FoldResult result{.fold = fold};
   const FoldProblem training(design, data, left_by(fold, design.size()), &options.deadline);
-  FoldProblem held(design, data, fold.held, training);
+  FoldProblem held(design, data, fold.held, training.problem);
   try {
     Selection selection(training.problem, model, candidates, options, {});
     selection.begin();
     selection.linearise_candidates();
     if (options.max_effects > 0) selection.forward_select();
-    Prediction prediction(held, fold);
     // The given model is not refitted, only its reflectivities are.
     const State& given = selection.refitted_given().state;
-    prediction.before(fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state);
+    const State written = fit_as_written(training.problem, {model, given.log_reflectivity, given.random_sd}).state;
     result.state = selection.best().state;
-    if (has_contrast(training.problem.nuisances)) held.fix_contrast(log_lower_contrast(training.problem, result.state));
-    prediction.after(result.state, with_data(result.state.nuisances.smooth_field, held.data));
+    Prediction prediction =
+        predicted(held, fold, written, result.state, fitted_contrast(training.problem, result.state));
     for (const ModelTerm& addition : selection.additions()) {
       if (addition.refinement) continue;
       const std::string name = selection.terms()[addition.term].candidate->name();
@@ -113,25 +118,42 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
         std::min(folds.size(), done + (done < settings.folds_at_once ? settings.first_folds : settings.folds_at_once));
     if (options.progress)
       options.progress(fmt::format("predicting held-out conditions, {} of {}", done + 1, folds.size()));
-    // With a coarse grid, memory is short: its folds run one at a time, each in parallel.
-    const std::size_t together = design.side() == grid || design.side() == single ? 1 : end - done;
-    tbb::parallel_for(
-        tbb::blocked_range<std::size_t>(done, end, together),
-        [&](const auto& some) {
-          // Without isolation a thread that waits within one fold would start another one in it.
-          for (std::size_t f = some.begin(); f < some.end(); ++f) {
-            tbb::this_task_arena::isolate(
-                [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
-            if (options.fold_done) options.fold_done(++finished, folds.size());
-          }
-        },
-        tbb::simple_partitioner());
+    tbb::parallel_for(done, end, [&](std::size_t f) {
+      // Without isolation a thread that waits within one fold would start another one in it.
+      tbb::this_task_arena::isolate(
+          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+      if (options.fold_done) options.fold_done(++finished, folds.size());
+    });
     done = end;
     if (std::ranges::any_of(result.folds, &FoldResult::time_expired)) break;
   }
   result.folds.resize(done);
   result.time_expired = std::erase_if(result.folds, [](const FoldResult& fold) { return fold.time_expired; }) > 0;
   result.complete = result.folds.size() == folds.size();
+  return result;
+}
+
+CrossFit predict_unsearched(const Problem& searched, const Design& whole, const std::vector<Observations>& data,
+                            const std::vector<std::size_t>& rest, const State& given, const State& model) {
+  constexpr std::size_t block = 64;  // conditions in memory per thread
+  std::vector<std::vector<OutOfFold>> blocks((rest.size() + block - 1) / block);
+  const std::optional<double> log_lower = fitted_contrast(searched, model);
+  CrossFit result{.clusters = clusters_of(whole)};
+  FoldResult& fold = result.folds.emplace_back(FoldResult{.fold = {.held = rest}});
+  try {
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
+      tbb::this_task_arena::isolate([&] {
+        const auto first = rest.begin() + static_cast<std::ptrdiff_t>(b * block);
+        const Fold some{.held = {first, b + 1 < blocks.size() ? first + block : rest.end()}};
+        FoldProblem held(whole, data, some.held, searched);
+        blocks[b] = predicted(held, some, given, model, log_lower).result();
+      });
+    });
+    for (const std::vector<OutOfFold>& of_block : blocks)
+      std::ranges::copy(of_block, std::back_inserter(fold.conditions));
+  } catch (const simulation::EffectError& error) {
+    fold.failed = error.what();
+  }
   return result;
 }
 

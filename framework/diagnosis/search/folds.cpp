@@ -260,6 +260,15 @@ std::array<double, observables> Prediction::summed(const std::vector<double>& ro
   return squares;
 }
 
+Prediction predicted(FoldProblem& held, const Fold& fold, const State& given, const State& model,
+                     std::optional<double> log_lower) {
+  Prediction prediction(held, fold);
+  prediction.before(given);
+  if (log_lower) held.fix_contrast(*log_lower);
+  prediction.after(model, with_data(model.nuisances.smooth_field, held.data));
+  return prediction;
+}
+
 std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions) {
   std::vector<std::size_t> left;
   for (std::size_t i = 0; i < conditions; ++i) {
@@ -284,12 +293,6 @@ Problem problem_like(const Problem& other, const Design& design, const std::vect
   return problem;
 }
 
-std::vector<Observations> picked(const std::vector<Observations>& all, const std::vector<std::size_t>& chosen) {
-  std::vector<Observations> some;
-  for (const std::size_t i : chosen) some.push_back(all[i]);
-  return some;
-}
-
 }  // namespace
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
@@ -299,8 +302,8 @@ FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& a
 }
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
-                         const std::vector<std::size_t>& chosen, const FoldProblem& other)
-    : design(whole.part(chosen)), data(picked(all, chosen)), problem(problem_like(other.problem, design, data)) {}
+                         const std::vector<std::size_t>& chosen, const Problem& other)
+    : design(whole.part(chosen)), data(picked(all, chosen)), problem(problem_like(other, design, data)) {}
 
 void FoldProblem::fix_contrast(double log_lower) {
   const std::size_t n = design.superpixels();

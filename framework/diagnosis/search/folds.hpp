@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,7 +53,7 @@ struct FoldProblem {
               const Deadline* deadline = nullptr);
   /// With the deadline and the targets of another part, followed by new targets.
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
-              const FoldProblem& other);
+              const Problem& other);
   /// Fixes the contrast at the value of a fit that estimated it. Refitted to held-out conditions, it would absorb other
   /// errors, such as boards that are not flat. To be called before the first prediction with the fitted model.
   /// @param log_lower ln of the profile's contrast over the fitted one
@@ -119,6 +120,10 @@ class Prediction {
   Rows after_;
   RandomEffectSd random_sd_;
 };
+
+/// Prediction by the given and by a fitted model. @param log_lower see FoldProblem::fix_contrast(); nullopt: not fitted
+Prediction predicted(FoldProblem& held, const Fold& fold, const State& given, const State& model,
+                     std::optional<double> log_lower);
 
 /// Conditions that a fold does not hold out, ascending.
 std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions);

@@ -64,7 +64,7 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
                                  const State& model) {
   const std::vector<std::size_t> left = left_by(fold, problem.data.size());
   const FoldProblem training(problem.design, problem.data, left, problem.deadline);
-  const FoldProblem held(problem.design, problem.data, fold.held, training);
+  const FoldProblem held(problem.design, problem.data, fold.held, training.problem);
   Prediction prediction(held, fold);
   State as_given = first_state(training.problem, given);
   as_given.random_sd = first_state(problem, given).random_sd;  // with a camera offset if any condition shows it
