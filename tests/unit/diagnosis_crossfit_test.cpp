@@ -281,6 +281,13 @@ TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
   EXPECT_NEAR(fall.median_with, 1e-3, 1e-12);
 }
 
+/// Four fifths, to the nearest whole fold. Of nine, two may do without: an effect that one board alone shows is missing
+/// where the board's distance is held out and where its target is.
+TEST(ChosenInFolds, AreFourFifthsToTheNearestFold) {
+  const std::vector<std::size_t> folds = {2, 3, 4, 5, 8, 9, 10, 13}, expected = {2, 2, 3, 4, 6, 7, 8, 10};
+  for (std::size_t n = 0; n < folds.size(); ++n) EXPECT_EQ(min_folds_choosing(folds[n]), expected[n]) << folds[n];
+}
+
 TEST(Stability, ARunThatAddsAnEffectAndItsTieCountsOnce) {
   const Stability halves{any_half, {{"a", "b"}, {"b"}, {"c"}, {}}, {}};
   EXPECT_EQ(halves.chosen_share(std::vector<std::string>{"a", "b"}), 0.5);

@@ -220,6 +220,9 @@ struct SearchSettings {
   double map_start_share = 0.3;
   /// relative predicted gain for effects to replace maps | | chosen: the nonlinear gain may be larger
   double map_replacement_promise = 0.75;
+  /// share of a map's gain that effects in its place may lose if they explain everything | | chosen: small errors of
+  /// their formulas
+  double map_replacement_loss = 0.01;
   /// share of excess left by maps that replace effects | | chosen
   double map_max_excess = 0.01;
 

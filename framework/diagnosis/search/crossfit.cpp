@@ -105,7 +105,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   SearchOptions quiet = options;
   quiet.progress = {};
   std::atomic<std::size_t> finished = done;
-  const std::size_t may_miss = folds.size() - enough_of(folds.size());
+  const std::size_t may_miss = folds.size() - min_folds_choosing(folds.size());
   const auto refuted = [&](const std::vector<std::string>& names) {
     const auto without = [&](const FoldResult& fold) { return !fold.chose(names); };
     if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)

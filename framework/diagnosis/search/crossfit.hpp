@@ -39,7 +39,7 @@ constexpr bool is_gap_worse(double before, double after) {
 }
 
 /// Number of folds that must choose an effect: a share, to the nearest whole number.
-inline std::size_t enough_of(std::size_t folds) {
+inline std::size_t min_folds_choosing(std::size_t folds) {
   return static_cast<std::size_t>(std::lround(settings.min_chosen_fraction * static_cast<double>(folds)));
 }
 

@@ -28,7 +28,7 @@ std::string gap_worsened(double without, double with, const char* what) {
 
 /// Reason for which held-out conditions do not confirm an effect, or "".
 std::string held_out_failure(const EffectFinding& found, const CrossFit& cross_fit) {
-  if (found.improvement.folds < enough_of(cross_fit.folds.size()))
+  if (found.improvement.folds < min_folds_choosing(cross_fit.folds.size()))
     return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
   if (!found.improvement.is_significant())
     return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",

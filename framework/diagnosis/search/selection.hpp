@@ -254,7 +254,7 @@ class Selection {
   void refit_given(State start);
   bool add_best();
   void add_all();
-  bool reselect_without(const Candidate& one, double promised, double limit);
+  bool reselect_without(const Candidate& one, double promised, double limit, double loss);
   void backward_eliminate();
   void fit_and_accept(State state);
   void select_from_boards();

@@ -159,8 +159,9 @@ void Selection::backward_eliminate() {
 }
 
 /// If several effects with maps were added, searches for effects with few parameters in place of one of them: a map can
-/// imitate the effect of a lens on the amplitude, at the price of all its values. Not with board heights, because
-/// models with different heights cannot be compared.
+/// imitate the effect of a lens on the amplitude, at the price of all its values. With much light a map also gains from
+/// small errors of that effect's formula, so the few parameters may lose a little, if they explain everything. Not with
+/// board heights, because models with different heights cannot be compared.
 void Selection::replace_maps() {
   std::vector<const Candidate*> with_maps;
   for (std::size_t t = task_.given_terms.size(); t < terms().size(); ++t) {
@@ -171,7 +172,8 @@ void Selection::replace_maps() {
     SelectedModel before = selected_;
     bool better = false;
     try {
-      better = reselect_without(*one, settings.map_replacement_promise, -settings.min_bic_gain);
+      better = reselect_without(*one, settings.map_replacement_promise, -settings.min_bic_gain,
+                                settings.map_replacement_loss);
     } catch (const simulation::EffectError&) {  // the others fail without it
     }
     task_.note({"maps", {one->name()}, {}, better ? "others do more in its place" : "stays"});
@@ -181,13 +183,15 @@ void Selection::replace_maps() {
 }
 
 /// Removes an effect and adds sets of effects. @param promised fraction of its gain that the first set must predict
-/// @param limit largest rise of BIC @returns true if BIC rises by less
-bool Selection::reselect_without(const Candidate& one, double promised, double limit) {
+/// @param limit largest rise of BIC @param loss fraction of its gain by which BIC may rise if everything is explained
+/// @returns true if BIC rises by less
+bool Selection::reselect_without(const Candidate& one, double promised, double limit, double loss) {
   const double bic_before = bic(best()), deviance = best().deviance;
   State state = best().state;
   std::erase_if(state.terms, [&](const Term& term) { return term.candidate == &one; });
   fit_and_accept(std::move(state));
-  double least = promised * (best().deviance - deviance);
+  const double gain = best().deviance - deviance, limit_if_explained = std::max(limit, loss * gain);
+  double least = promised * gain;
   for (std::size_t round = 0; round < task_.options.max_effects; ++round) {
     std::optional<ModelFit> next = subsets_.best_set(selected_, least);
     if (!next) break;
@@ -197,9 +201,10 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
     else if (untried_count() == before)
       break;
   }
-  if (best().deviance > bic_before + limit) return false;  // elimination only raises it
+  if (best().deviance > bic_before + limit_if_explained) return false;  // elimination only raises it
   backward_eliminate();
-  return bic(best()) < bic_before + limit;
+  const bool explained = lack_of_fit_of_best() < settings.explained;
+  return bic(best()) < bic_before + (explained ? limit_if_explained : limit);
 }
 
 bool Selection::exchange(const Candidate& one) {
@@ -209,7 +214,7 @@ bool Selection::exchange(const Candidate& one) {
   const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
   selected_.barred.push_back(&one.root());
   try {
-    if (reselect_without(one, 0, settings.min_bic_gain) && terms().size() >= those.size() &&
+    if (reselect_without(one, 0, settings.min_bic_gain, 0) && terms().size() >= those.size() &&
         std::ranges::all_of(those, stays))
       return true;
   } catch (const simulation::EffectError&) {  // the others fail without it
