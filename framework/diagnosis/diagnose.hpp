@@ -25,7 +25,7 @@ struct DiagnosisOptions {
   std::size_t random_halves = 0;  ///< that are searched; 0: only without repeated measurements
   double time_limit = 0;          ///< s; 0: none
   config::Shard shard;            ///< of the cases; a partial shard writes no report
-  std::filesystem::path cases;    ///< folder of earlier cases, which are reused, and to which a shard adds its own
+  std::filesystem::path cases;    ///< folder of reused cases, to which a shard adds its own; may be empty
   SearchOptions search;
   std::function<void(double share, const std::string& what)> progress;
   std::function<void(const std::string& text)> warn;  ///< for possible mistakes that do not stop the search

@@ -193,6 +193,7 @@ std::filesystem::path CaseFiles::path(std::size_t number) const {
 }
 
 std::optional<CaseOutcome> CaseFiles::load(std::size_t number) const {
+  if (folder_.empty()) return std::nullopt;
   std::ifstream stream(path(number));
   if (!stream) return std::nullopt;
   const nlohmann::json j = nlohmann::json::parse(stream, nullptr, false);

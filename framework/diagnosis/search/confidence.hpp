@@ -88,7 +88,7 @@ class CaseFiles {
   /// @param inputs, options everything that determines the outcome of a case, apart from its number
   CaseFiles(std::filesystem::path folder, std::span<const InputFile> inputs, const std::string& options);
 
-  /// Returns nullopt if the file is missing or damaged.
+  /// Returns nullopt if no folder is given, or the file is missing or damaged.
   std::optional<CaseOutcome> load(std::size_t number) const;
   /// Writes the file completely or not at all. @throws std::runtime_error
   void save(std::size_t number, const CaseOutcome& outcome) const;
