@@ -112,8 +112,9 @@ TEST_F(Exposures, InfoSaysWhatIsInACapture) {
       0);
   const Outcome outcome = run("info four.h5");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* words : {"camera camcube2, 204 x 204 px, 3 frames", "phases", "float32 4 x 204 x 204, counts",
-                            "integration time       2 ms", "modulation frequency   20 MHz", "no gap in the frame numbers; they begin at 0"})
+  for (const char* words :
+       {"camera camcube2, 204 x 204 px, 3 frames", "phases", "float32 4 x 204 x 204, counts",
+        "integration time       2 ms", "modulation frequency   20 MHz", "no gap in the frame numbers; they begin at 0"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words << "\n" << outcome.out;
   expect_error("info nothing.h5", {"nothing.h5", "there is no such file"});
 }
