@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -219,6 +220,16 @@ void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std
 }
 
 std::optional<ModelFit> GivenModel::hold_undetermined_in(const Problem& problem, ModelFit fit) {
+  auto before = std::pair(terms_, held_);
+  try {
+    return hold_one_after_the_other(problem, std::move(fit));
+  } catch (...) {  // the search goes on with the model as it was
+    std::tie(terms_, held_) = std::move(before);
+    throw;
+  }
+}
+
+std::optional<ModelFit> GivenModel::hold_one_after_the_other(const Problem& problem, ModelFit fit) {
   bool held = false;
   for (;;) {
     const double rest = lack_of_fit(problem, with_jacobian(problem, fit));

@@ -54,7 +54,8 @@ class GivenModel {
   /// @param candidates effects that may be added @throws simulation::EffectError
   void hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates);
   /// Holds parameters that the data do not determine in a model whose first terms are these, one after the other.
-  /// @returns the model refitted with these held; nullopt if all are determined @throws simulation::EffectError
+  /// @returns the model refitted with these held; nullopt if all are determined
+  /// @throws simulation::EffectError, TimeExpired; nothing is held then
   std::optional<ModelFit> hold_undetermined_in(const Problem& problem, ModelFit fit);
 
   /// "warm_up drift stays at -0.0107 m: these conditions do not determine it.", for each held parameter.
@@ -65,6 +66,7 @@ class GivenModel {
     std::string parameter, why;
   };
 
+  std::optional<ModelFit> hold_one_after_the_other(const Problem& problem, ModelFit fit);
   void hold(std::size_t term, const FreeParameter& parameter, const std::string& why);
   bool hold_beside_simpler(const Problem& problem, const State& state,
                            const std::vector<std::unique_ptr<Candidate>>& candidates);
