@@ -13,7 +13,7 @@
 
 namespace tofgraph::diagnosis {
 
-ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTerm& addition, Maps maps) {
+ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTerm& addition) {
   std::vector<Column> columns = best.jacobian;
   const std::size_t count = values_of(best.state.terms[addition.term], addition).size();
   const auto at =
@@ -22,7 +22,7 @@ ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTe
   State state = removed(best.state, addition);
   update_reflectivity_jacobian(problem, state);
   ModelFit less = fit_reusing(problem, std::move(state), columns);
-  if (maps == Maps::refitted && has_maps(less.state)) less = fit_with_maps(problem, less.state);
+  if (has_maps(less.state)) less = fit_with_maps(problem, less.state);  // maps take over what they can
   less.jacobian = std::move(columns);
   return less;
 }

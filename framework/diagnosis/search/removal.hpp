@@ -10,12 +10,8 @@
 
 namespace tofgraph::diagnosis {
 
-/// Maps in a fit without an addition: refitted, so that they take over what they can, or as they are.
-enum class Maps { refitted, kept };
-
 /// Model without an addition. The derivatives are those of the model with it. @throws simulation::EffectError
-ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTerm& addition,
-                     Maps maps = Maps::refitted);
+ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTerm& addition);
 
 /// Lower limits of the rise of the deviance when each of some additions is removed: from the linearised part of its
 /// change that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown:

@@ -116,17 +116,12 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
     } catch (const simulation::EffectError&) {  // the effect fails
     }
   }
-  // Effects listed as confused may be so only in another form, or together with other maps. Those of the model without
-  // the effect have taken over a part of it, and a fit that starts there may not give it back to a rival.
-  std::vector<ModelFit> with_maps;
-  if (has_maps(less.state)) with_maps.push_back(fit_without(problem_, selection_.best(), {term, {}}, Maps::kept));
+  // Effects listed as confused may be so only in another form, or together with other maps.
   for (const auto& candidate : candidates_) {
     if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.state, *candidate)) continue;
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
-    for (const ModelFit& start : with_maps)
-      for (ModelFit& fit : selection_.forms_of(start, *candidate)) compare(*candidate, std::move(fit));
     for (ModelFit& fit : selection_.forms_of(less, *candidate)) compare(*candidate, std::move(fit));
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
