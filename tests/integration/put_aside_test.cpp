@@ -79,7 +79,7 @@ class PutAside : public testing::TestWithParam<const char*> {
   }
   static Measurements measured() {
     const io::Campaign campaign = read(campaign_from(0));
-    return campaign.from_table ? measure_table(campaign, false) : measure(campaign, {});
+    return campaign.from_table ? measure_table(campaign, {}) : measure(campaign, {});
   }
 
   static inline std::unique_ptr<tests::TemporaryFolder> folder;
