@@ -50,24 +50,25 @@ template <class Level> std::map<Level, std::size_t> levels_of(const Conditions& 
 
 std::set<std::string> ids_of(const Conditions& all, std::size_t count) {
   std::set<std::string> ids;
-  for (const std::size_t i : representative(all, count)) ids.insert(all[i].id);
+  for (const std::size_t i : representative_conditions(all, count)) ids.insert(all[i].id);
   return ids;
 }
 
 TEST(Representative, HasTheWantedNumberAscending) {
   const Conditions all = campaign();
   for (const std::size_t count : {3U, 14U, 15U, 16U, 100U, 602U}) {
-    const std::vector<std::size_t> chosen = representative(all, count);
+    const std::vector<std::size_t> chosen = representative_conditions(all, count);
     EXPECT_EQ(chosen.size(), count);
     EXPECT_TRUE(std::ranges::is_sorted(chosen));
     EXPECT_EQ(std::set(chosen.begin(), chosen.end()).size(), count) << "none twice";
   }
-  for (const std::size_t count : {603U, 604U}) EXPECT_EQ(representative(all, count).size(), 603U);
+  for (const std::size_t count : {603U, 604U}) EXPECT_EQ(representative_conditions(all, count).size(), 603U);
 }
 
 TEST(Representative, DividesTheNumberEquallyAmongSettings) {
   const Conditions all = campaign();
-  const std::vector<std::size_t> chosen = representative(all, 63);  // 5 of each setting, and the 3 capped ones
+  const std::vector<std::size_t> chosen =
+      representative_conditions(all, 63);  // 5 of each setting, and the 3 capped ones
   std::map<std::pair<std::string, double>, std::set<double>> distances;
   for (const std::size_t i : chosen)
     if (!all[i].is_capped()) distances[{all[i].target, all[i].integration_time}].insert(all[i].board_distance);
@@ -97,7 +98,7 @@ TEST(Representative, HasEveryLevelIfThereAreMoreSettingsThanPlaces) {
   }
   all.push_back(all.back());
   all.back().lens = "capped";
-  const std::vector<std::size_t> chosen = representative(all, 40);  // of 81 settings
+  const std::vector<std::size_t> chosen = representative_conditions(all, 40);  // of 81 settings
   EXPECT_EQ(levels_of(all, chosen, &io::Condition::lens)["capped"], 1U);
   const auto times = levels_of(all, chosen, &io::Condition::integration_time);
   EXPECT_EQ(times.size(), 20U);
@@ -123,7 +124,7 @@ TEST(Representative, TemperatureThatDiffersInEveryConditionDoesNotDivide) {
   Conditions all = campaign();
   for (std::size_t i = 0; i < all.size(); ++i) all[i].temperature = 300 + 0.01 * static_cast<double>(i);
   std::map<std::pair<std::string, double>, std::size_t> settings;
-  for (const std::size_t i : representative(all, 63)) ++settings[{all[i].target, all[i].integration_time}];
+  for (const std::size_t i : representative_conditions(all, 63)) ++settings[{all[i].target, all[i].integration_time}];
   for (const char* target : {"white", "grey", "black"}) {
     for (const double time : {0.5e-3, 1e-3, 2e-3, 4e-3}) EXPECT_EQ((settings[{target, time}]), 5U) << target << time;
   }
@@ -136,7 +137,7 @@ TEST(Representative, TenthRepeatsOthersIfSomeWereRepeated) {
     for (std::size_t i = 0; i < once; ++i) all.push_back(all[i]), all.back().id += "r" + std::to_string(k);
   const auto different = [&](std::size_t count) {
     std::set<std::string> settings;
-    const std::vector<std::size_t> chosen = representative(all, count);
+    const std::vector<std::size_t> chosen = representative_conditions(all, count);
     EXPECT_EQ(chosen.size(), count);
     for (const std::size_t i : chosen) settings.insert(settings_of(all[i]));
     return settings.size();

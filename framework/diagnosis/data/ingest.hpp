@@ -47,7 +47,7 @@ struct Measurements {
   std::optional<NoiseRatio> noise;     ///< if frames and profile both state noise
   std::string serial;                  ///< of the device that recorded the captures; empty: not recorded
   std::vector<double> recorded_times;  ///< integration times of the captures, s, one per condition; NaN: not recorded
-  std::vector<std::size_t> searched;   ///< conditions to be searched, see representative(); ascending
+  std::vector<std::size_t> searched;   ///< conditions to be searched, see representative_conditions(); ascending
 };
 
 /// Measurements of some conditions; counts, shares and notes remain those of all. @param chosen ascending

@@ -66,7 +66,7 @@ Measurements measure_table(const io::Campaign& campaign, const IngestOptions& op
   result.replicates = true;
   result.recorded_times.assign(used.size(), io::unknown);
   result.design = std::make_shared<const Design>(campaign.camera, physical, used, single, campaign.jitter);
-  result.searched = representative(used, options.max_conditions);
+  result.searched = representative_conditions(used, options.max_conditions);
   for (std::size_t i = 0; i < used.size(); ++i) {
     const io::Measured& measured = used[i].measured;
     const Ideal ideal = ideal_of(campaign.camera->view(), physical, used[i]);

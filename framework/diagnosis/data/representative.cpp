@@ -128,7 +128,7 @@ std::vector<Group> in_turn(std::vector<Group> groups, std::size_t most) {
   return groups;
 }
 
-/// Conditions of each setting, in the order in which they are chosen.
+/// Conditions of each distance of each group, in the order in which they are chosen.
 std::vector<const Indices*> turns_of(const std::vector<Group>& groups) {
   std::vector<Indices> orders;
   std::size_t rounds = 0;
@@ -149,7 +149,7 @@ std::vector<const Indices*> turns_of(const std::vector<Group>& groups) {
 
 std::string settings_of(const io::Condition& c) { return fmt::format("{}", fmt::join(setting_texts(c), "|")); }
 
-std::vector<std::size_t> representative(const std::vector<io::Condition>& conditions, std::size_t count) {
+std::vector<std::size_t> representative_conditions(const std::vector<io::Condition>& conditions, std::size_t count) {
   Indices chosen;
   if (conditions.size() <= count) {
     chosen.resize(conditions.size());

@@ -19,6 +19,6 @@ std::string settings_of(const io::Condition& condition);
 /// rarest levels come first. A share of the conditions repeats others, if the campaign has repetitions. Independent of
 /// the order in the file.
 /// @returns `count` indices, or those of all conditions if there are no more; ascending
-std::vector<std::size_t> representative(const std::vector<io::Condition>& conditions, std::size_t count);
+std::vector<std::size_t> representative_conditions(const std::vector<io::Condition>& conditions, std::size_t count);
 
 }  // namespace tofgraph::diagnosis
