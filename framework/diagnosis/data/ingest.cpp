@@ -133,7 +133,7 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
 
 /// Conditions to be searched: usable ones that represent all. @param why as in together()
 std::vector<std::size_t> to_be_searched(const std::vector<Read>& read, const std::vector<std::string>& why,
-                                        std::size_t most) {
+                                        std::size_t max_conditions) {
   std::vector<std::size_t> usable;
   std::vector<io::Condition> conditions;
   for (std::size_t i = 0; i < read.size(); ++i) {
@@ -141,7 +141,7 @@ std::vector<std::size_t> to_be_searched(const std::vector<Read>& read, const std
     usable.push_back(i);
     conditions.push_back(read[i].condition);
   }
-  return picked(usable, representative(conditions, most));
+  return picked(usable, representative_conditions(conditions, max_conditions));
 }
 
 /// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
@@ -172,8 +172,8 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
     result.phases |= r.kind == FrameSums::Kind::phases;
     result.decoded |= r.kind == FrameSums::Kind::decoded;
   }
-  const auto capped = static_cast<std::size_t>(std::ranges::count_if(used, &io::Condition::is_capped));
-  require_enough(used.size() - capped, result.left_out);
+  const auto boards = std::ranges::count_if(result.searched, [&](std::size_t i) { return !used[i].is_capped(); });
+  require_enough(static_cast<std::size_t>(boards), result.left_out);
   if (!noise.empty()) {
     const auto [least, most] = std::ranges::minmax(noise);
     result.noise = {physics::median(noise), least, most};
@@ -190,6 +190,9 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
 Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
   const Reader reader(campaign, options);
   const std::size_t n = campaign.conditions.size();
+  // The choice of conditions needs settings that only captures state, so those chosen are read again.
+  const std::size_t chosen_first = n > options.max_conditions ? n : 0,
+                    to_read = chosen_first + std::min(n, options.max_conditions);
   std::vector<Read> read(n);
   std::vector<std::string> why(n);
   std::vector<std::uint8_t> missing(n, 0);
@@ -210,7 +213,8 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
       why[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
       missing[i] = 1;
     }
-    if (options.progress) options.progress(static_cast<double>(std::min(++done, n)) / static_cast<double>(n));
+    if (options.progress)
+      options.progress(static_cast<double>(std::min(++done, to_read)) / static_cast<double>(to_read));
   };
   const auto phases_of = [&](const std::vector<std::size_t>& chosen) {
     return tbb::parallel_deterministic_reduce(
@@ -224,7 +228,7 @@ Measurements measure(const io::Campaign& campaign, const IngestOptions& options)
   const auto read_all = [&](const PixelPhases* own) {
     tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, own, nullptr); });
   };
-  if (n > options.max_conditions) read_all(nullptr);  // the choice needs settings that only captures state
+  if (chosen_first > 0) read_all(nullptr);
   const std::vector<std::size_t> searched = to_be_searched(read, why, options.max_conditions);
   if (const PixelPhases phases = phases_of(searched); phases.stand_out()) read_all(&phases);
   for (std::size_t i = 0; i < n; ++i) {
