@@ -21,6 +21,8 @@
 #include <cmath>
 #include <mutex>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -97,7 +99,7 @@ class Run {
       : catalogue_(catalogue), options_(options) {}
 
   std::unique_ptr<Diagnosis> run() {
-    const io::Campaign campaign = read();
+    io::Campaign campaign = read();
     IngestOptions ingest{d_->model.physical, options_.skip_missing, options_.max_conditions, {}};
     ingest.progress = [this](double share) {
       if (limit_.at(settings.searched_by).has_passed())
@@ -107,7 +109,7 @@ class Run {
     d_->measurements = campaign.from_table ? measure_table(campaign, ingest) : measure(campaign, ingest);
     check_serial();
     require_consistent(d_->measurements);
-    set_unsearched_aside();
+    set_unsearched_aside(campaign);
     const Problem& problem = d_->problem.emplace(make_problem(*d_->measurements.design, d_->measurements.observations));
     note(notes_on(d_->measurements, problem));
     progress(read_by, "determining what these data can show");
@@ -152,13 +154,17 @@ class Run {
     return options;
   }
 
-  /// Of a campaign with too many conditions, only those to be searched are kept in the diagnosis.
-  void set_unsearched_aside() {
+  /// Keeps only the conditions to be searched, in the diagnosis and in a campaign with too many of them.
+  void set_unsearched_aside(io::Campaign& campaign) {
     const std::size_t all = d_->measurements.design->size(), searched = d_->measurements.searched.size();
     if (searched == all) return;
     d_->unsearched = Unsearched{.conditions = all - searched};
     Measurements kept = part(d_->measurements, d_->measurements.searched);
     whole_ = std::exchange(d_->measurements, std::move(kept));
+    std::set<std::string_view> rest;
+    for (const std::size_t i : left_by({.held = whole_->searched}, all))
+      rest.insert(whole_->design->conditions()[i].id);
+    std::erase_if(campaign.conditions, [&](const io::Condition& c) { return rest.contains(c.id); });
   }
 
   /// Predicts the conditions that were not searched.
@@ -166,15 +172,15 @@ class Run {
     progress(found_by, "predicting the conditions that were not searched");
     const std::vector<std::size_t> rest = left_by({.held = whole_->searched}, whole_->design->size());
     const CrossFit predicted = predict_unsearched(*d_->problem, *whole_->design, whole_->observations, rest,
-                                                  d_->given_as_written, d_->search.after.state);
+                                                  d_->given_as_written, d_->search.after.state, limit_.at(1));
     for (std::size_t o = 0; o < observables; ++o) d_->unsearched->gaps[o] = predicted.gap(o, "", options_.search.seed);
     if (const std::string& why = predicted.folds.front().failed; !why.empty())
       note({fmt::format("The conditions that were not searched could not be predicted: {}", why)});
   }
 
   void inject(const SearchOptions& options) {
-    std::string basis = fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects,
-                                    fmt::join(options_.exclude_conditions, ","));
+    std::string basis = fmt::format("seed {} effects {} searched {} skip {}\n", options.seed, options.max_effects,
+                                    d_->problem->data.size(), fmt::join(options_.exclude_conditions, ","));
     for (const graph::PluginFile& file : catalogue_.files()) {
       const bool excluded = std::ranges::find(options_.exclude_effects, file.name) != options_.exclude_effects.end();
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";

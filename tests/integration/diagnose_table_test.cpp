@@ -43,9 +43,10 @@ class DiagnoseTable : public testing::Test {
                                                      "  integration_time: {column: t, unit: ms}\n  " +
                                                      column + ": {column: d, unit: mm}\n");
   }
-  nlohmann::json diagnose() {
+  nlohmann::json diagnose(const std::string& options = "") {
     const Outcome outcome =
-        shell("$TOFGRAPH diagnose --quiet --model model.yaml --data campaign.yaml --out found", folder_.path());
+        shell("$TOFGRAPH diagnose --quiet --force --model model.yaml --data campaign.yaml --out found " + options,
+              folder_.path());
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return nlohmann::json::parse(read_text(folder_.path() / "found/report.json"));
   }
@@ -63,6 +64,13 @@ class DiagnoseTable : public testing::Test {
 TEST_F(DiagnoseTable, AnEffectIsNotHiddenByTheScatterThatItMakes) {
   make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth", 5);
   expect_wiggling(5e-3);
+}
+
+TEST_F(DiagnoseTable, TheSpreadIsFittedToSearchedConditionsOnly) {
+  make("camcube2", "corrected_with: optimized_bistatic\n  measured_depth_sd: {column: t, unit: mm}\n  measured_depth",
+       5);
+  EXPECT_EQ(diagnose()["pixel_spread"]["rows"], 14);
+  EXPECT_EQ(diagnose("--max-conditions 12")["pixel_spread"]["rows"], 12);
 }
 
 TEST_F(DiagnoseTable, NothingIsNamedWhereThereIsNoiseAlone) {

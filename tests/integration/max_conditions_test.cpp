@@ -5,6 +5,7 @@
 // Campaigns of which only some conditions are searched, and the others predicted.
 #include "diagnosis/data/plausibility.hpp"
 #include "tests/small_campaign.hpp"
+#include "tests/unit/full_disk.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -78,6 +79,23 @@ TEST_F(MaxConditions, ChangeNothingIfTheCampaignHasNoMore) {
   done(diagnose + "--max-effects 0 -o all");
   EXPECT_EQ(read_text(home() / "enough/report.json"), read_text(home() / "all/report.json"));
   EXPECT_FALSE(report("all").contains("unsearched"));
+}
+
+TEST_F(MaxConditions, ConfidenceCasesOfAnotherNumberAreNotCounted) {
+  const std::string case_1 = "--max-effects 1 --confidence 2 --shard 1/2 -o shared --max-conditions ";
+  done(diagnose + case_1 + "8");
+  const std::vector<std::string> of_8 = tests::listing(home() / "shared/cases");
+  ASSERT_EQ(of_8.size(), 1U);
+  done(diagnose + case_1 + "9");
+  EXPECT_EQ(tests::listing(home() / "shared/cases").size(), 2U);
+}
+
+TEST_F(MaxConditions, ThreeBoardsAreSearchedAtLeast) {
+  io::Campaign capped = campaign();
+  for (std::size_t i = 3; i < conditions; ++i) capped.conditions[i].lens = "capped";
+  IngestOptions options;
+  options.max_conditions = 3;  // the lens of at least one of three is capped
+  EXPECT_THROW(measure(capped, options), std::invalid_argument);
 }
 
 TEST_F(MaxConditions, WrongEntriesOfTheOthersAreFound) {

@@ -45,6 +45,21 @@ TEST_F(OutOfSample, EveryConditionIsPutAsideOnceForEachSetting) {
   }
 }
 
+TEST_F(OutOfSample, APassedDeadlineEndsThePredictionOfUnsearchedConditions) {
+  const std::vector<Observations> data = data_with({}, 3);
+  const std::vector<std::size_t> searched = {0, 1, 2, 3, 4, 5, 6, 7}, rest = left_by({.held = searched}, data.size());
+  const FoldProblem part(*design, data, searched);
+  const State state = fit_as_written(part.problem, {{}, std::vector<double>(part.problem.targets.size(), 0), {}}).state;
+  const auto predicted = [&](const Deadline& deadline) {
+    return predict_unsearched(part.problem, *design, data, rest, state, state, deadline).folds.at(0);
+  };
+  EXPECT_EQ(predicted({}).failed, "");
+  EXPECT_EQ(predicted({}).conditions.size(), rest.size());
+  const FoldResult late = predicted(Deadline(Deadline::Clock::now()));
+  EXPECT_EQ(late.failed, "the time limit ended the prediction");
+  EXPECT_TRUE(late.conditions.empty());
+}
+
 /// Sixteen of twenty conditions in one session: four cannot predict them; with fifteen, a quarter remains.
 TEST_F(OutOfSample, ASessionWithNearlyAllConditionsIsNotPutAside) {
   for (const std::size_t large : {16U, 15U}) {

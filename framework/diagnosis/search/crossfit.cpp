@@ -134,7 +134,8 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
 }
 
 CrossFit predict_unsearched(const Problem& searched, const Design& whole, const std::vector<Observations>& data,
-                            const std::vector<std::size_t>& rest, const State& given, const State& model) {
+                            const std::vector<std::size_t>& rest, const State& given, const State& model,
+                            const Deadline& deadline) {
   constexpr std::size_t block = 64;  // conditions in memory per thread
   std::vector<std::vector<OutOfFold>> blocks((rest.size() + block - 1) / block);
   const std::optional<double> log_lower = fitted_contrast(searched, model);
@@ -143,6 +144,7 @@ CrossFit predict_unsearched(const Problem& searched, const Design& whole, const 
   try {
     tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
       tbb::this_task_arena::isolate([&] {
+        deadline.check();
         const auto first = rest.begin() + static_cast<std::ptrdiff_t>(b * block);
         const Fold some{.held = {first, b + 1 < blocks.size() ? first + block : rest.end()}};
         FoldProblem held(whole, data, some.held, searched);
@@ -153,6 +155,8 @@ CrossFit predict_unsearched(const Problem& searched, const Design& whole, const 
       std::ranges::copy(of_block, std::back_inserter(fold.conditions));
   } catch (const simulation::EffectError& error) {
     fold.failed = error.what();
+  } catch (const TimeExpired&) {
+    fold.failed = "the time limit ended the prediction";
   }
   return result;
 }

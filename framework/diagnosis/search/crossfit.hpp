@@ -77,10 +77,12 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
                    const SearchOptions& options, std::span<const std::vector<std::string>> asked = {},
                    std::vector<FoldResult> known = {});
 
-/// Predictions of conditions that were neither searched nor held out by a fold, as one fold; empty if the model fails.
+/// Predictions of conditions that were neither searched nor held out by a fold, as one fold; empty if the model
+/// fails, or if the deadline passes first.
 /// @param searched problem to which both models were fitted @param whole the campaign @param rest its other conditions
 CrossFit predict_unsearched(const Problem& searched, const Design& whole, const std::vector<Observations>& data,
-                            const std::vector<std::size_t>& rest, const State& given, const State& model);
+                            const std::vector<std::size_t>& rest, const State& given, const State& model,
+                            const Deadline& deadline);
 
 /// Improvement by an effect, or by a rival that explains as much, on held-out data: chi-square without it and with it,
 /// over the conditions of all folds that chose it.

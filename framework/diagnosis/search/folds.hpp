@@ -51,7 +51,7 @@ struct FoldProblem {
 
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const Deadline* deadline = nullptr);
-  /// With the deadline and the targets of another part, followed by new targets.
+  /// @param other problem whose deadline and targets are taken; new targets follow
   FoldProblem(const Design& whole, const std::vector<Observations>& all, const std::vector<std::size_t>& chosen,
               const Problem& other);
   /// Fixes the contrast at the value of a fit that estimated it. Refitted to held-out conditions, it would absorb other

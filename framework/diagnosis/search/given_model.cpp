@@ -61,8 +61,8 @@ ConditionNuisances condition_nuisances_of(const ConditionNuisances& whole, const
 }
 
 /// Predictions of a fold's conditions by the effects of a model fitted to the other conditions.
-std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const std::vector<Term>& given,
-                                 const State& model) {
+std::vector<OutOfFold> refitted_without(const Fold& fold, const Problem& problem, const std::vector<Term>& given,
+                                        const State& model) {
   const std::vector<std::size_t> left = left_by(fold, problem.data.size());
   const FoldProblem training(problem.design, problem.data, left, problem.deadline);
   const FoldProblem held(problem.design, problem.data, fold.held, training.problem);
@@ -81,7 +81,7 @@ std::vector<OutOfFold> predicted(const Fold& fold, const Problem& problem, const
 std::vector<OutOfFold> predicted_or_nothing(const Fold& fold, const Problem& problem, const std::vector<Term>& given,
                                             const State& model) {
   try {
-    return predicted(fold, problem, given, model);
+    return refitted_without(fold, problem, given, model);
   } catch (const simulation::EffectError&) {
     return {};
   }
