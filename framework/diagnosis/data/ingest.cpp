@@ -20,6 +20,8 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numeric>
 #include <set>
 
@@ -62,6 +64,14 @@ class Reader {
   }
 
   PixelPhases no_phases() const { return PixelPhases(pixels_.size()); }
+
+  /// Completes a condition from its capture, without reading frames.
+  Read settings(const io::Condition& written) const {
+    Read result;
+    result.condition = written;
+    io::complete(result.condition, io::read_facts(written), camera_);
+    return result;
+  }
 
   /// @param own, found as in reduce()
   Read read(const io::Condition& written, const PixelPhases* own, PixelPhases* found) const {
@@ -131,19 +141,6 @@ std::string serial_of(const io::Campaign& campaign, const std::vector<Read>& rea
   return serial;
 }
 
-/// Conditions to be searched: usable ones that represent all. @param why as in together()
-std::vector<std::size_t> to_be_searched(const std::vector<Read>& read, const std::vector<std::string>& why,
-                                        std::size_t max_conditions) {
-  std::vector<std::size_t> usable;
-  std::vector<io::Condition> conditions;
-  for (std::size_t i = 0; i < read.size(); ++i) {
-    if (!why[i].empty()) continue;
-    usable.push_back(i);
-    conditions.push_back(read[i].condition);
-  }
-  return picked(usable, representative_conditions(conditions, max_conditions));
-}
-
 /// Measurements of the usable conditions. @param why reason why a condition is unusable, or empty; one per condition
 /// @param searched those to be searched, ascending
 Measurements together(const io::Campaign& campaign, bool physical, std::vector<Read> read,
@@ -185,61 +182,108 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
   return result;
 }
 
-}  // namespace
+/// Reads the conditions of a campaign.
+class Conditions {
+ public:
+  /// @param campaign this and the options must outlive this object
+  Conditions(const io::Campaign& campaign, const IngestOptions& options)
+      : campaign_(campaign),
+        options_(options),
+        reader_(campaign, options),
+        read_(campaign.conditions.size()),
+        why_(read_.size()),
+        missing_(read_.size(), 0),
+        is_read_(read_.size(), 0) {}
 
-Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
-  const Reader reader(campaign, options);
-  const std::size_t n = campaign.conditions.size();
-  // The choice of conditions needs settings that only captures state, so those chosen are read again.
-  const std::size_t chosen_first = n > options.max_conditions ? n : 0,
-                    to_read = chosen_first + std::min(n, options.max_conditions);
-  std::vector<Read> read(n);
-  std::vector<std::string> why(n);
-  std::vector<std::uint8_t> missing(n, 0);
-  std::atomic<std::size_t> done = 0;
-  const auto read_one = [&](std::size_t i, const PixelPhases* own, PixelPhases* found) {
-    const io::Condition& condition = campaign.conditions[i];
-    why[i] = problem_of(condition);
+  Measurements measured() {
+    const std::vector<std::size_t> searched = to_be_searched();
+    const PixelPhases phases = phases_of(searched);
+    const PixelPhases* const own = phases.stand_out() ? &phases : nullptr;
+    tbb::parallel_for(std::size_t{0}, read_.size(), [&](std::size_t i) {
+      if (own != nullptr || is_read_[i] == 0) read(i, own, nullptr);
+    });
+    for (std::size_t i = 0; i < read_.size(); ++i) {
+      if (missing_[i] != 0 && !options_.skip_missing)
+        throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing continues without it",
+                                             campaign_.conditions[i].id, why_[i]));
+    }
+    std::string serial = serial_of(campaign_, read_);
+    Measurements result = together(campaign_, options_.physical, std::move(read_), why_, searched);
+    result.serial = std::move(serial);
+    return result;
+  }
+
+ private:
+  /// Calls a function that reads a condition; sets the reason why the condition is unusable, if it is.
+  void attempt(std::size_t i, const std::function<Read(const io::Condition&)>& function) {
+    const io::Condition& condition = campaign_.conditions[i];
+    why_[i] = problem_of(condition);
+    if (!why_[i].empty()) return;
     try {
-      if (why[i].empty()) {
-        read[i] = reader.read(condition, own, found);
-        why[i] = read[i].why_not;
-      }
-      const auto known = [](double variance) { return std::isfinite(variance); };
-      if (why[i].empty() && std::ranges::none_of(read[i].observations.variance, known))
-        why[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
+      read_[i] = function(condition);
+      why_[i] = read_[i].why_not;
     } catch (const std::runtime_error& error) {
       const std::string file = condition.capture.string(), what = error.what();  // may begin with the file's name
-      why[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
-      missing[i] = 1;
+      why_[i] = fmt::format("the capture {}", what.starts_with(file) ? what : file + " " + what);
+      missing_[i] = 1;
     }
-    if (options.progress)
-      options.progress(static_cast<double>(std::min(++done, to_read)) / static_cast<double>(to_read));
-  };
-  const auto phases_of = [&](const std::vector<std::size_t>& chosen) {
+  }
+
+  /// @param own, found as in reduce()
+  void read(std::size_t i, const PixelPhases* own, PixelPhases* found) {
+    attempt(i, [&](const io::Condition& condition) { return reader_.read(condition, own, found); });
+    const auto known = [](double variance) { return std::isfinite(variance); };
+    if (why_[i].empty() && std::ranges::none_of(read_[i].observations.variance, known))
+      why_[i] = "no pixel can be used: all are off the board, outside the roi, saturated, or too dark";
+    if (is_read_[i] == 0) ++done_;
+    is_read_[i] = 1;
+    if (options_.progress) options_.progress(static_cast<double>(done_) / static_cast<double>(read_.size()));
+  }
+
+  PixelPhases phases_of(const std::vector<std::size_t>& chosen) {
     return tbb::parallel_deterministic_reduce(
-        tbb::blocked_range<std::size_t>(0, chosen.size()), reader.no_phases(),
+        tbb::blocked_range<std::size_t>(0, chosen.size()), reader_.no_phases(),
         [&](const tbb::blocked_range<std::size_t>& some, PixelPhases sum) {
-          for (std::size_t k = some.begin(); k < some.end(); ++k) read_one(chosen[k], nullptr, &sum);
+          for (std::size_t k = some.begin(); k < some.end(); ++k) read(chosen[k], nullptr, &sum);
           return sum;
         },
         [](PixelPhases one, const PixelPhases& other) { return one += other; });
-  };
-  const auto read_all = [&](const PixelPhases* own) {
-    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) { read_one(i, own, nullptr); });
-  };
-  if (chosen_first > 0) read_all(nullptr);
-  const std::vector<std::size_t> searched = to_be_searched(read, why, options.max_conditions);
-  if (const PixelPhases phases = phases_of(searched); phases.stand_out()) read_all(&phases);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (missing[i] != 0 && !options.skip_missing)
-      throw std::runtime_error(fmt::format("condition '{}': {}\n         --skip-missing continues without it",
-                                           campaign.conditions[i].id, why[i]));
   }
-  std::string serial = serial_of(campaign, read);
-  Measurements result = together(campaign, options.physical, std::move(read), why, searched);
-  result.serial = std::move(serial);
-  return result;
+
+  /// Indices of all conditions, or of usable ones that represent a larger campaign. Of these, only the settings are
+  /// read first; those chosen are then read, and if some turn out unusable, others are chosen.
+  std::vector<std::size_t> to_be_searched() {
+    std::vector<std::size_t> usable(read_.size());
+    std::iota(usable.begin(), usable.end(), std::size_t{0});
+    if (usable.size() <= options_.max_conditions) return usable;
+    tbb::parallel_for(std::size_t{0}, read_.size(), [&](std::size_t i) {
+      attempt(i, [&](const io::Condition& condition) { return reader_.settings(condition); });
+    });
+    while (true) {
+      std::erase_if(usable, [&](std::size_t i) { return !why_[i].empty(); });
+      std::vector<io::Condition> conditions;
+      for (const std::size_t i : usable) conditions.push_back(read_[i].condition);
+      std::vector<std::size_t> chosen = picked(usable, representative_conditions(conditions, options_.max_conditions));
+      std::vector<std::size_t> unread;
+      std::ranges::copy_if(chosen, std::back_inserter(unread), [&](std::size_t i) { return is_read_[i] == 0; });
+      if (unread.empty()) return chosen;
+      tbb::parallel_for(std::size_t{0}, unread.size(), [&](std::size_t k) { read(unread[k], nullptr, nullptr); });
+    }
+  }
+
+  const io::Campaign& campaign_;
+  const IngestOptions& options_;
+  const Reader reader_;
+  std::vector<Read> read_;
+  std::vector<std::string> why_;  ///< reason why a condition is unusable, or empty
+  std::vector<std::uint8_t> missing_, is_read_;
+  std::atomic<std::size_t> done_ = 0;
+};
+
+}  // namespace
+
+Measurements measure(const io::Campaign& campaign, const IngestOptions& options) {
+  return Conditions(campaign, options).measured();
 }
 
 Measurements part(const Measurements& whole, std::span<const std::size_t> chosen) {

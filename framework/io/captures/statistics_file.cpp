@@ -10,8 +10,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <zlib.h>
+
+#include <bit>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <span>
 #include <sstream>
 
 namespace tofgraph::io {
@@ -77,14 +82,35 @@ void write_vector(hid_t file, const char* name, hid_t stored, hid_t memory, cons
   h5::check(H5Dwrite(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), name);
 }
 
-template <class T> std::vector<T> read_vector(hid_t file, const char* name, hid_t memory, std::size_t size) {
+/// Reads the compressed bytes of a dataset that write_vector() wrote. HDF5 would decompress them under its lock, one
+/// file at a time.
+std::vector<unsigned char> read_chunk(hid_t file, const char* name, std::size_t size) {
   const h5::Handle set(h5::check(H5Dopen2(file, name, H5P_DEFAULT), name), H5Dclose);
   const h5::Handle space(h5::check(H5Dget_space(set), name), H5Sclose);
   if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(size))
     throw std::runtime_error(fmt::format("'{}' has another size than its camera", name));
-  std::vector<T> values(size);
-  h5::check(H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), name);
-  return values;
+  const hsize_t first = 0;
+  hsize_t bytes = 0;
+  h5::check(H5Dget_chunk_storage_size(set, &first, &bytes), name);
+  std::vector<unsigned char> chunk(bytes);
+  std::uint32_t filters_left_out = 0;
+  h5::check(H5Dread_chunk(set, H5P_DEFAULT, &first, &filters_left_out, chunk.data()), name);
+  if (filters_left_out != 0) throw std::runtime_error(fmt::format("'{}' is not compressed as documented", name));
+  return chunk;
+}
+
+/// Reverses the filters of write_vector(): deflate, and shuffle, which puts the first bytes of all values first.
+template <class T> void unpack(std::span<const unsigned char> chunk, const char* name, std::vector<T>& values) {
+  static_assert(std::endian::native == std::endian::little);
+  std::vector<unsigned char> shuffled(values.size() * sizeof(T));
+  uLongf bytes = shuffled.size();
+  if (uncompress(shuffled.data(), &bytes, chunk.data(), chunk.size()) != Z_OK || bytes != shuffled.size())
+    throw std::runtime_error(fmt::format("'{}' cannot be decompressed", name));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::array<unsigned char, sizeof(T)> value{};
+    for (std::size_t byte = 0; byte < sizeof(T); ++byte) value[byte] = shuffled[byte * values.size() + i];
+    std::memcpy(&values[i], value.data(), sizeof(T));
+  }
 }
 
 /// Bytes of an HDF5 file built in memory, so that HDF5 never encounters a full disk, which can crash it.
@@ -121,7 +147,13 @@ std::string hdf5_image(const Statistics& s) {
   return image;
 }
 
-Statistics read_hdf5(const fs::path& path, bool with_sums) {
+/// Compressed datasets of the sums.
+struct Packed {
+  std::vector<unsigned char> sum, square, intensity, bad;
+};
+
+/// @param packed receives the datasets; null: only the header is read
+Statistics read_hdf5(const fs::path& path, Packed* packed) {
   const h5::Lock lock;
   const h5::Handle file(h5::check(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), path), H5Fclose);
   Statistics s;
@@ -153,13 +185,17 @@ Statistics read_hdf5(const fs::path& path, bool with_sums) {
   h.facts.first.time_since_power_on = n[8];
   s.sums.limit = n[9];
   for (std::size_t k = 0; k + 1 < exposures.size(); k += 2) c.exposures.push_back({exposures[k], exposures[k + 1]});
-  if (!with_sums) return s;
+  if (packed == nullptr) return s;
   const std::size_t pixels = std::size_t{c.width} * c.height;
   const std::size_t steps = h.facts.exposures > 0 ? h.facts.exposures : 4;  // decoded: stored as four phases
-  s.sums.sum = read_vector<double>(file, "sum", H5T_NATIVE_DOUBLE, pixels * steps);
-  s.sums.square = read_vector<double>(file, "square", H5T_NATIVE_DOUBLE, pixels);
-  s.sums.intensity = read_vector<double>(file, "intensity", H5T_NATIVE_DOUBLE, pixels);
-  s.sums.bad = read_vector<std::uint8_t>(file, "bad", H5T_NATIVE_UINT8, pixels);
+  s.sums.sum.resize(pixels * steps);
+  s.sums.square.resize(pixels);
+  s.sums.intensity.resize(pixels);
+  s.sums.bad.resize(pixels);
+  packed->sum = read_chunk(file, "sum", s.sums.sum.size());
+  packed->square = read_chunk(file, "square", pixels);
+  packed->intensity = read_chunk(file, "intensity", pixels);
+  packed->bad = read_chunk(file, "bad", pixels);
   return s;
 }
 
@@ -178,12 +214,18 @@ void write_statistics(const fs::path& file, const Statistics& statistics) {
 
 Statistics read_statistics(const fs::path& file) {
   check_bytes(file);
-  return read_hdf5(file, true);
+  Packed packed;
+  Statistics s = read_hdf5(file, &packed);
+  unpack(packed.sum, "sum", s.sums.sum);
+  unpack(packed.square, "square", s.sums.square);
+  unpack(packed.intensity, "intensity", s.sums.intensity);
+  unpack(packed.bad, "bad", s.sums.bad);
+  return s;
 }
 
 StatisticsHeader read_statistics_header(const fs::path& file) {
   check_bytes(file);
-  return read_hdf5(file, false).header;
+  return read_hdf5(file, nullptr).header;
 }
 
 }  // namespace tofgraph::io
