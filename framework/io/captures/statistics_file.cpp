@@ -16,7 +16,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
-#include <span>
 #include <sstream>
 
 namespace tofgraph::io {
@@ -69,42 +68,32 @@ std::vector<double> numbers_of(const StatisticsHeader& h, const PixelSums& sums)
 }
 constexpr std::size_t numbers = 10;
 
-void write_vector(hid_t file, const char* name, hid_t stored, hid_t memory, const void* data, std::size_t size) {
-  const hsize_t extent = size;
-  const h5::Handle space(h5::check(H5Screate_simple(1, &extent, nullptr), name), H5Sclose);
-  const h5::Handle creation(h5::check(H5Pcreate(H5P_DATASET_CREATE), name), H5Pclose);
-  H5Pset_chunk(creation, 1, &extent);
-  H5Pset_shuffle(creation);
-  H5Pset_deflate(creation, compression);
-  H5Pset_obj_track_times(creation, false);
-  const h5::Handle set(h5::check(H5Dcreate2(file, name, stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), name),
-                       H5Dclose);
-  h5::check(H5Dwrite(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), name);
-}
+// HDF5 filters datasets under its lock, one file at a time, so its filters are applied here: shuffle, which puts the
+// first bytes of all values first, and deflate.
 
-/// Reads the compressed bytes of a dataset that write_vector() wrote. HDF5 would decompress them under its lock, one
-/// file at a time.
-std::vector<unsigned char> read_chunk(hid_t file, const char* name, std::size_t size) {
-  const h5::Handle set(h5::check(H5Dopen2(file, name, H5P_DEFAULT), name), H5Dclose);
-  const h5::Handle space(h5::check(H5Dget_space(set), name), H5Sclose);
-  if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(size))
-    throw std::runtime_error(fmt::format("'{}' has another size than its camera", name));
-  const hsize_t first = 0;
-  hsize_t bytes = 0;
-  h5::check(H5Dget_chunk_storage_size(set, &first, &bytes), name);
-  std::vector<unsigned char> chunk(bytes);
-  std::uint32_t filters_left_out = 0;
-  h5::check(H5Dread_chunk(set, H5P_DEFAULT, &first, &filters_left_out, chunk.data()), name);
-  if (filters_left_out != 0) throw std::runtime_error(fmt::format("'{}' is not compressed as documented", name));
-  return chunk;
-}
+using Bytes = std::vector<unsigned char>;
 
-/// Reverses the filters of write_vector(): deflate, and shuffle, which puts the first bytes of all values first.
-template <class T> void unpack(std::span<const unsigned char> chunk, const char* name, std::vector<T>& values) {
+template <class T> Bytes pack(const std::vector<T>& values) {
   static_assert(std::endian::native == std::endian::little);
-  std::vector<unsigned char> shuffled(values.size() * sizeof(T));
+  Bytes shuffled(values.size() * sizeof(T));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    std::array<unsigned char, sizeof(T)> value{};
+    std::memcpy(value.data(), &values[i], sizeof(T));
+    for (std::size_t byte = 0; byte < sizeof(T); ++byte) shuffled[byte * values.size() + i] = value[byte];
+  }
+  uLongf bytes = compressBound(shuffled.size());
+  Bytes packed(bytes);
+  if (compress2(packed.data(), &bytes, shuffled.data(), shuffled.size(), compression) != Z_OK)
+    throw std::runtime_error("statistics cannot be compressed");
+  packed.resize(bytes);
+  return packed;
+}
+
+/// Reverses pack(). @param name of the dataset @param values of known size
+template <class T> void unpack(const Bytes& packed, const char* name, std::vector<T>& values) {
+  Bytes shuffled(values.size() * sizeof(T));
   uLongf bytes = shuffled.size();
-  if (uncompress(shuffled.data(), &bytes, chunk.data(), chunk.size()) != Z_OK || bytes != shuffled.size())
+  if (uncompress(shuffled.data(), &bytes, packed.data(), packed.size()) != Z_OK || bytes != shuffled.size())
     throw std::runtime_error(fmt::format("'{}' cannot be decompressed", name));
   for (std::size_t i = 0; i < values.size(); ++i) {
     std::array<unsigned char, sizeof(T)> value{};
@@ -113,8 +102,42 @@ template <class T> void unpack(std::span<const unsigned char> chunk, const char*
   }
 }
 
+/// Datasets of the sums, see pack().
+struct Packed {
+  Bytes sum, square, intensity, bad;
+};
+
+void write_chunk(hid_t file, const char* name, hid_t stored, const Bytes& packed, std::size_t size) {
+  const hsize_t extent = size, first = 0;
+  const h5::Handle space(h5::check(H5Screate_simple(1, &extent, nullptr), name), H5Sclose);
+  const h5::Handle creation(h5::check(H5Pcreate(H5P_DATASET_CREATE), name), H5Pclose);
+  H5Pset_chunk(creation, 1, &extent);
+  H5Pset_shuffle(creation);
+  H5Pset_deflate(creation, compression);
+  H5Pset_obj_track_times(creation, false);
+  const h5::Handle set(h5::check(H5Dcreate2(file, name, stored, space, H5P_DEFAULT, creation, H5P_DEFAULT), name),
+                       H5Dclose);
+  h5::check(H5Dwrite_chunk(set, H5P_DEFAULT, 0, &first, packed.size(), packed.data()), name);
+}
+
+Bytes read_chunk(hid_t file, const char* name, std::size_t size) {
+  const h5::Handle set(h5::check(H5Dopen2(file, name, H5P_DEFAULT), name), H5Dclose);
+  const h5::Handle space(h5::check(H5Dget_space(set), name), H5Sclose);
+  if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(size))
+    throw std::runtime_error(fmt::format("'{}' has another size than its camera", name));
+  const hsize_t first = 0;
+  hsize_t bytes = 0;
+  h5::check(H5Dget_chunk_storage_size(set, &first, &bytes), name);
+  Bytes chunk(bytes);
+  std::uint32_t filters_left_out = 0;
+  h5::check(H5Dread_chunk(set, H5P_DEFAULT, &first, &filters_left_out, chunk.data()), name);
+  if (filters_left_out != 0) throw std::runtime_error(fmt::format("'{}' is not compressed as documented", name));
+  return chunk;
+}
+
 /// Bytes of an HDF5 file built in memory, so that HDF5 never encounters a full disk, which can crash it.
 std::string hdf5_image(const Statistics& s) {
+  const Packed packed{pack(s.sums.sum), pack(s.sums.square), pack(s.sums.intensity), pack(s.sums.bad)};
   const h5::Lock lock;
   const h5::Handle access(h5::check(H5Pcreate(H5P_FILE_ACCESS), "statistics"), H5Pclose);
   h5::check(H5Pset_fapl_core(access, 1U << 20U, false), "statistics");
@@ -137,20 +160,15 @@ std::string hdf5_image(const Statistics& s) {
   std::vector<double> exposures;
   for (const tofgraph_exposure& e : c.exposures) exposures.insert(exposures.end(), {e.phase, e.frequency});
   if (!exposures.empty()) h5::write_numbers(file, "exposures", exposures);
-  for (const auto& [name, values] :
-       {std::pair{"sum", &s.sums.sum}, {"square", &s.sums.square}, {"intensity", &s.sums.intensity}})
-    write_vector(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values->data(), values->size());
-  write_vector(file, "bad", H5T_STD_U8LE, H5T_NATIVE_UINT8, s.sums.bad.data(), s.sums.bad.size());
+  write_chunk(file, "sum", H5T_IEEE_F64LE, packed.sum, s.sums.sum.size());
+  write_chunk(file, "square", H5T_IEEE_F64LE, packed.square, s.sums.square.size());
+  write_chunk(file, "intensity", H5T_IEEE_F64LE, packed.intensity, s.sums.intensity.size());
+  write_chunk(file, "bad", H5T_STD_U8LE, packed.bad, s.sums.bad.size());
   h5::check(H5Fflush(file, H5F_SCOPE_LOCAL), "statistics");
   std::string image(static_cast<std::size_t>(h5::check(H5Fget_file_image(file, nullptr, 0), "statistics")), '\0');
   h5::check(H5Fget_file_image(file, image.data(), image.size()), "statistics");
   return image;
 }
-
-/// Compressed datasets of the sums.
-struct Packed {
-  std::vector<unsigned char> sum, square, intensity, bad;
-};
 
 /// @param packed receives the datasets; null: only the header is read
 Statistics read_hdf5(const fs::path& path, Packed* packed) {
