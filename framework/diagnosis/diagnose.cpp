@@ -173,8 +173,8 @@ class Run {
   }
 
   void inject(const SearchOptions& options) {
-    std::string basis = fmt::format("seed {} effects {} skip {}\n", options.seed, options.max_effects,
-                                    fmt::join(options_.exclude_conditions, ","));
+    std::string basis = fmt::format("seed {} effects {} conditions {} skip {}\n", options.seed, options.max_effects,
+                                    d_->problem->data.size(), fmt::join(options_.exclude_conditions, ","));
     for (const graph::PluginFile& file : catalogue_.files()) {
       const bool excluded = std::ranges::find(options_.exclude_effects, file.name) != options_.exclude_effects.end();
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";

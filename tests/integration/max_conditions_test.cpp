@@ -5,6 +5,7 @@
 // Campaigns of which only some conditions are searched, and the others predicted.
 #include "diagnosis/data/plausibility.hpp"
 #include "tests/small_campaign.hpp"
+#include "tests/unit/full_disk.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -78,6 +79,19 @@ TEST_F(MaxConditions, ChangeNothingIfTheCampaignHasNoMore) {
   done(diagnose + "--max-effects 0 -o all");
   EXPECT_EQ(read_text(home() / "enough/report.json"), read_text(home() / "all/report.json"));
   EXPECT_FALSE(report("all").contains("unsearched"));
+}
+
+TEST_F(MaxConditions, DivideTheirCasesOnlyAmongSearchesOfAsMany) {
+  std::size_t files = 0;
+  for (const auto& [limit, more] : {std::pair("--max-conditions 8 ", 1),
+                                    {"--max-conditions 10 ", 1},
+                                    {"", 1},
+                                    {"--max-conditions 12 ", 0},
+                                    {"--max-conditions 8 ", 0}}) {
+    done(diagnose + limit + "--max-effects 1 --confidence 2 --shard 1/2 -o cases");
+    files += static_cast<std::size_t>(more);
+    EXPECT_EQ(tests::listing(home() / "cases/cases").size(), files) << limit;
+  }
 }
 
 TEST_F(MaxConditions, WrongEntriesOfTheOthersAreFound) {
