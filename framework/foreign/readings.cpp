@@ -47,6 +47,13 @@ template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vect
   }
 }
 
+/// Bits of each element of an array of integers.
+std::vector<std::uint64_t> words_of(const FileArray& array, const std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint64_t> words(bytes.size() / array.bytes);
+  for (std::size_t i = 0; i < words.size(); ++i) std::memcpy(&words[i], &bytes[i * array.bytes], array.bytes);
+  return words;
+}
+
 /// Smallest and largest value that an array can hold. @param signed_bits as in ChannelLayout
 std::pair<double, double> limits_of(const FileArray& array, std::uint32_t signed_bits = 0) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -109,23 +116,32 @@ std::vector<double> numbers_of(const FileArray& array, const std::vector<std::ui
   return values;
 }
 
+double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, const ChannelLayout& layout) {
+  if (layout.mask) word &= *layout.mask;
+  const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * bytes;
+  const std::uint64_t sign = std::uint64_t{1} << (width - 1), bits = word & (2 * sign - 1);
+  if (layout.signed_bits == 0 && kind != TOFGRAPH_ELEMENT_SIGNED) return static_cast<double>(bits);
+  return static_cast<double>(static_cast<std::int64_t>((bits ^ sign) - sign));
+}
+
 std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
                                                   const ChannelLayout& layout) {
-  std::vector<double> values = numbers_of(array, bytes);
-  if (layout.signed_bits != 0) {  // two's complement in the lowest bits
-    const double sign = std::exp2(layout.signed_bits - 1);
-    for (double& v : values) v = v - 2 * sign * std::floor((v + sign) / (2 * sign));
+  const auto is_stated = [&](double v) { return std::ranges::binary_search(layout.invalid, v); };
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
+    std::vector<double> values = numbers_of(array, bytes);
+    std::erase_if(values, is_stated);
+    return io::suspected_codes(std::move(values), std::numeric_limits<double>::infinity());
   }
-  std::erase_if(values, [&](double v) { return std::ranges::binary_search(layout.invalid, v); });
-  double largest = limits_of(array, layout.signed_bits).second;
-  if (layout.mask && std::isfinite(largest)) {
-    const auto masked = [&](double v) {
-      return static_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(v)) & *layout.mask);
-    };
-    std::ranges::transform(values, values.begin(), masked);
-    largest = masked(largest);
+  std::vector<double> values;
+  const ChannelLayout stored{.signed_bits = layout.signed_bits};
+  for (const std::uint64_t word : words_of(array, bytes)) {
+    if (is_stated(number_in(word, array.kind, array.bytes, stored))) continue;
+    values.push_back(number_in(word, array.kind, array.bytes, layout));
   }
-  return io::suspected_codes(std::move(values), largest);
+  const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * array.bytes;
+  const std::uint64_t largest = ~std::uint64_t{0} >> (64 - width + (is_signed ? 1 : 0));
+  return io::suspected_codes(std::move(values), number_in(largest, array.kind, array.bytes, layout));
 }
 
 ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
@@ -196,14 +212,14 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
     throw ForeignError(fmt::format("{}: '{}': {}", file.path().string(), layout.channel, what));
   };
   if (array.elements() == 0) refuse("the array is empty");
-  if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
-    refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
     refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
   for (const StatusBits& status : layout.status) {
     if (array.kind == TOFGRAPH_ELEMENT_FLOAT || (array.bytes < 8 && status.bits >> (8 * array.bytes) != 0))
       refuse(fmt::format("has the status bits {:#x}, but its values are {}", status.bits, element_text(array)));
   }
+  if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   const auto [low, high] = limits_of(array, layout.signed_bits);
   for (const double code : layout.invalid) {
     if (code >= low && code <= high && (array.kind == TOFGRAPH_ELEMENT_FLOAT || code == std::floor(code))) continue;

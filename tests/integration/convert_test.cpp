@@ -339,6 +339,30 @@ TEST_F(Convert, StatusBitsBecomeFlagsAndUnstatedOnesAreReported) {
               HasSubstr("the bits 0x800 in 'mask' and in 'saturated'"));
 }
 
+/// Signed words whose highest bit is a status bit, which is no sign; ten of them hold the largest number below it.
+TEST_F(Convert, StatusBitsOfSignedWordsAreNoPartOfTheirNumbers) {
+  std::string dump;
+  for (std::size_t i = 0; i < 4 * small_pixels; ++i) {
+    const unsigned word = i >= 182 ? 0x8fffU : static_cast<unsigned>(1100 + 10 * i) | (i % 4 == 0 ? 0x8000U : 0U);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& type, const std::string& shape, const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: " + type + ", shape: " + shape +
+                   "}\nchannels:\n  phases: {array: raw, axes: exposure row column, " + keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  const Outcome outcome = layout("int16", "[4, 6, 8]", "saturated: 0x8000");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("10 of 192 values of phases in 1 frame are 4095"), Not(HasSubstr("e+"))));
+  const auto phases = frames<std::int16_t>("phases");
+  for (std::size_t i = 0; i < 182; ++i) EXPECT_EQ(phases[i], 1100 + 10 * static_cast<int>(i)) << i;
+  EXPECT_THAT(layout("float32", "[4, 2, 12]", "saturated: 0x8000").err,
+              HasSubstr("has the status bits 0x8000, but its values are float32"));
+}
+
 /// 65535 of an overflow, and a repeated 4095 beside millimetres of a wall.
 TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
   cv::Mat image(6, 8, CV_16U);
