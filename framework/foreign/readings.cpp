@@ -135,8 +135,8 @@ std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const 
   std::vector<double> values;
   const ChannelLayout stored{.signed_bits = layout.signed_bits};
   for (const std::uint64_t word : words_of(array, bytes)) {
-    if (is_stated(number_in(word, array.kind, array.bytes, stored))) continue;
-    values.push_back(number_in(word, array.kind, array.bytes, layout));
+    const double value = number_in(word, array.kind, array.bytes, layout);
+    if (!is_stated(value) && !is_stated(number_in(word, array.kind, array.bytes, stored))) values.push_back(value);
   }
   const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
   const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * array.bytes;

@@ -339,6 +339,38 @@ TEST_F(Convert, StatusBitsBecomeFlagsAndUnstatedOnesAreReported) {
               HasSubstr("the bits 0x800 in 'mask' and in 'saturated'"));
 }
 
+/// Twelve bits below a status bit; saturated pixels have all bits of the value and the status bit.
+TEST_F(Convert, ACodeBelowAStatusBitIsExcludedAsTheWarningSays) {
+  std::string dump;
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    const unsigned word = i % 4 == 0 ? 0x8fffU : i == 5 ? 0x0fffU : static_cast<unsigned>(1500 + i);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [6, 8]}\n"
+               "channels:\n  depth: {array: raw, axes: row column, unit: mm, saturated: 0x8000" +
+                   keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  EXPECT_THAT(layout(", mask: 0x0fff").err, HasSubstr("13 of 48 values of depth in 1 frame are 4095"));
+  for (const std::string keys : {", mask: 0x0fff, invalid: 4095", ", invalid: 4095"}) {
+    const Outcome outcome = layout(keys);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, Not(HasSubstr("warning"))) << keys;
+    const std::vector<float> depth = frames<float>("depth");
+    const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+    for (std::size_t i = 0; i < small_pixels; ++i) {
+      EXPECT_EQ(std::isnan(depth[i]), i % 4 == 0 || i == 5) << i;
+      EXPECT_EQ(flags[i], i % 4 == 0 ? 3 : i == 5 ? 1 : 0) << "invalid, and saturated where the status bit is set";
+    }
+  }
+  EXPECT_THAT(layout(", mask: 0x0fff, invalid: 0x8fff").err, HasSubstr("1 of 48 values"))
+      << "a stored value is excluded as well";
+}
+
 /// Signed words whose highest bit is a status bit, which is no sign; ten of them hold the largest number below it.
 TEST_F(Convert, StatusBitsOfSignedWordsAreNoPartOfTheirNumbers) {
   std::string dump;
