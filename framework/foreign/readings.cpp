@@ -144,13 +144,13 @@ std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const 
   return io::suspected_codes(std::move(values), number_in(largest, array.kind, array.bytes, layout));
 }
 
-ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
+ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLayout& layout) {
   const FileArray& array = file.arrays()[index];
   ValueRange range;
   if (array.elements() == 0) return range;
   constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // read at most for a message
   const bool one_image = array.extent.size() <= 2 && array.elements() * array.bytes <= max_bytes;
-  count = one_image ? array.extent[0] : std::min(count, array.extent[0]);
+  const std::uint64_t count = one_image ? array.extent[0] : 1;
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
@@ -164,12 +164,12 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
     if (!std::isfinite(value)) continue;
     range.minimum = std::min(range.minimum, value);
     range.maximum = std::max(range.maximum, value);
-    if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
-      range.bits |= static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
   }
-  range.codes = suspected_codes_of(array, bytes, {});
+  if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
+    for (const std::uint64_t word : words_of(array, bytes)) range.bits |= word;
+  range.codes = suspected_codes_of(array, bytes, layout);
   std::erase_if(values, [&](double v) {
-    return !(v > 0 && std::isfinite(v)) ||
+    return !(v > 0 && std::isfinite(v)) || std::ranges::binary_search(layout.invalid, v) ||
            std::ranges::find(range.codes, v, &io::SuspectedCode::value) != range.codes.end();
   });
   std::ranges::sort(values);

@@ -421,6 +421,25 @@ TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
               HasSubstr("386 to 8192, 0 % zeros, bits set 0x318f"));
 }
 
+/// A layout for the file is heeded: bits of signed words have their width, and stated codes are not suspected.
+TEST_F(Convert, InspectionWithALayoutHeedsItsCodesAndBits) {
+  std::string dump("\xfb\xff\x05\x00", 4);  // -5 and 5
+  for (int i = 0; i < 30; ++i)
+    dump += i < 12 ? std::string("\xff\x0f", 2) : std::string(1, static_cast<char>(i)) + '\5';
+  write_text(path("dump.bin"), dump);
+  const auto shown = [&](const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\narrays:\n  raw: {type: int16, shape: [2, 16]}\nchannels:\n  phases: "
+               "{array: raw, axes: row column" +
+                   keys + "}\n");
+    return tofgraph("convert --inspect dump.bin --layout layout.yaml").out;
+  };
+  EXPECT_THAT(shown(""), AllOf(HasSubstr("-5 to 4095"), HasSubstr("12 times 4095: probably a code, --invalid 4095"),
+                               HasSubstr("bits set 0xffff  (layout)")));
+  EXPECT_THAT(shown(", invalid: 4095"), Not(HasSubstr("probably a code")));
+  EXPECT_THAT(shown(", mask: 0x07ff"), HasSubstr("12 times 2047: probably a code, --invalid 2047"));
+}
+
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
   if (!python("np.save('six.npy', np.full((6, 6, 8), 1500, dtype='u2'))\n"
               "np.save('one.npy', np.full((6, 8), 1500, dtype='u2'))\n"
