@@ -44,7 +44,7 @@ std::string deviation(double rms) {
   return rms < 1e-4 ? "below 0.1 mm beside the noise" : millimetres(rms) + " (RMS, noise subtracted)";
 }
 
-/// Adds a finding if lengths are beyond the range of the camera; otherwise the unit is undecided: planes are flat in
+/// Adds a finding if lengths are implausible for the camera; otherwise the unit is undecided: planes are flat in
 /// all.
 void add_range(Inspection& result) {
   const Observation& o = result.observation;
@@ -53,7 +53,7 @@ void add_range(Inspection& result) {
   const double most = o.camera->data_sheet.measuring_range[1];
   const std::string doubt = io::range_doubt(o.channel, lengths, most, o.unambiguous_range);
   if (!doubt.empty())
-    return result.findings.push_back({"unit", doubt, "a length beyond the range cannot be measured",
+    return result.findings.push_back({"unit", doubt, "the camera hardly measures such lengths",
                                       "unit: the length that a value of 1 stands for", io::unknown, io::unknown});
   const bool beyond = std::ranges::any_of(lengths, [&](float v) { return v > o.unambiguous_range; });
   result.undecided.push_back(
