@@ -122,19 +122,6 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
 }
 
-/// Returns true if a correction moves the blocks by at least the deviation that it removes. Otherwise the gain is due
-/// to an ill-conditioned plane.
-bool moves_enough(const Flatness& stated, const Flatness& corrected) {
-  double square = 0;
-  for (std::size_t i = 0; i < stated.points.size(); ++i) {
-    const physics::Vector3 a = stated.points[i], b = corrected.points[i], step = a + (-1.0) * b;
-    const double moved = physics::dot(step, step);
-    if (!std::isfinite(moved)) return true;  // a ray is gained or lost
-    square += moved;
-  }
-  return std::sqrt(square / static_cast<double>(stated.count)) > 0.9 * (stated.rms - corrected.rms);
-}
-
 /// Keeps the surfaces that are flat under some assumption, e.g. no spheres. @returns true if any was removed
 bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
   std::vector<double> least = stated.surface_rms;
