@@ -164,6 +164,9 @@ TEST_F(Convert, CountsLengthsThatCannotBeAndDoubtsAUnitThatCannotBe) {
   EXPECT_THAT(right.err, HasSubstr("2 of 48 values of depth in 1 frame are 0 m, negative or greater than"));
   EXPECT_THAT(right.err, testing::Not(HasSubstr("median")));
   EXPECT_EQ(frames<std::uint16_t>("flags")[9], 1);
+  EXPECT_THAT(convert("z.csv --as depth --unit mm --invalid -20,1234").err,
+              HasSubstr("state it, e.g. --invalid 0,-20,1234 (in a layout or a pipeline: invalid: [0, -20, 1234])"))
+      << "the option replaces the stated codes";
   EXPECT_THAT(convert("z.csv --as depth --unit mm --invalid 0,-20").err, testing::Not(HasSubstr("taken as invalid")));
   EXPECT_THAT(convert("z.csv --as depth --unit m").err,
               testing::AllOf(HasSubstr("the median of depth is 1500 m"), HasSubstr("in mm (1500 mm = 1.5 m)")));
