@@ -486,6 +486,12 @@ TEST_F(Convert, ErrorsNameTheOptionAndNotAPipeline) {
               AllOf(StartsWith("--camera: error: "), HasSubstr("tofgraph convert camera.yml -o my_camera.yaml")));
   EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit mm --modulation-frequency '20 MHz, 100 MHz'"),
               AllOf(StartsWith("--modulation-frequency: error: "), HasSubstr("greatest common divisor")));
+  write_text(path("there.h5"), "");
+  EXPECT_THAT(
+      tofgraph("convert depth.png -o there.h5 --camera ./tiny.yaml --as depth --unit mm").err,
+      AllOf(StartsWith("error: "), HasSubstr("there.h5 already exists: --force"), Not(HasSubstr("capture_writer"))));
+  EXPECT_THAT(tofgraph("convert depth.png -o out{h5 --camera ./tiny.yaml --as depth --unit mm").err,
+              AllOf(HasSubstr("out{h5"), Not(HasSubstr("capture_writer"))));
   write_text(path("layout.yaml"), "layout: 1\nchannels: {depht: {unit: mm}}\n");
   EXPECT_THAT(error_of("--camera ./tiny.yaml --layout layout.yaml"),
               HasSubstr("layout.yaml:2:12: error: there is no channel"));
