@@ -374,6 +374,35 @@ TEST_F(Convert, ACodeBelowAStatusBitIsExcludedAsTheWarningSays) {
       << "a stored value is excluded as well";
 }
 
+/// Millimetres below bits that invalidate a pixel, and one that does not.
+TEST_F(Convert, StatusBitsOfLengthsInvalidateTheirPixels) {
+  const unsigned status[] = {0, 0x8000, 0x4000, 0x2000, 0x6000};
+  constexpr std::uint16_t invalid = 1, saturated = 2, bad_pixel = 1024;
+  const int expected[] = {0, invalid, invalid | bad_pixel, saturated, invalid | bad_pixel | saturated};
+  std::string dump;
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    const unsigned word = static_cast<unsigned>(1500 + i) | status[i % 5];
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [6, 8]}\nchannels:\n  depth: "
+             "{array: raw, axes: row column, unit: mm, invalid_bits: 0x8000, bad_pixel: 0x4000, saturated: 0x2000}\n");
+  const Outcome outcome = tofgraph("convert dump.bin -o out.h5 --layout layout.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, Not(HasSubstr("warning")));
+  const std::vector<float> depth = frames<float>("depth");
+  const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    EXPECT_EQ(flags[i], expected[i % 5]) << i;
+    if ((expected[i % 5] & invalid) != 0)
+      EXPECT_TRUE(std::isnan(depth[i])) << i;
+    else
+      EXPECT_FLOAT_EQ(depth[i], static_cast<float>(1.5 + 1e-3 * static_cast<double>(i))) << i;
+  }
+}
+
 /// Signed words whose highest bit is a status bit, which is no sign; ten of them hold the largest number below it.
 TEST_F(Convert, StatusBitsOfSignedWordsAreNoPartOfTheirNumbers) {
   std::string dump;
