@@ -46,9 +46,9 @@ std::vector<SuspectedCode> suspected_codes(std::vector<double> values, double la
   std::erase_if(values, [](double value) { return !(value > 0 && std::isfinite(value)); });
   std::ranges::sort(values);
   const std::vector<SuspectedCode> runs = distinct(values);
-  const double least_gap = min_steps * median_gap(runs);
+  const double min_gap = min_steps * median_gap(runs);
   const auto is_alone = [&](std::size_t i) {
-    const double value = runs[i].value, gap = std::max(isolation * value, least_gap);
+    const double value = runs[i].value, gap = std::max(isolation * value, min_gap);
     return runs.size() > 1 && (i == 0 || runs[i - 1].value < value - gap) &&
            (i + 1 == runs.size() || runs[i + 1].value > value + gap);
   };
