@@ -63,6 +63,8 @@ config::Value reading_pipeline(const ReadingArguments& a, const std::string& out
       std::ranges::replace(option, '_', '-');
       refer_to(setting.value, setting.key.starts_with("file") ? a.files.front() : option);
     }
+    for (config::Entry& setting : entry.value.items.back().entries)
+      if (setting.key == "path") refer_to(setting.value, "--out");
   }
   return document;
 }
@@ -84,8 +86,10 @@ int run_reading(const ReadingArguments& arguments, const std::string& out, const
     config::Diagnostics shown;
     for (const config::Diagnostic& mistake : error.mistakes()) {
       std::string message = mistake.message;
-      constexpr std::string_view node = "node 'file_reader' (file_reader), parameter '";
-      if (message.starts_with(node)) message.erase(0, message.find("': ", node.size()) + 3);
+      for (const std::string_view stage : {"file_reader", "capture_writer"}) {
+        const std::string node = fmt::format("node '{0}' ({0}), parameter '", stage);
+        if (message.starts_with(node)) message.erase(0, message.find("': ", node.size()) + 3);
+      }
       const bool names_file = message.starts_with('/');
       const config::Position at = names_file && mistake.at.line == 0 ? config::Position{} : mistake.at;
       const bool is_error = mistake.severity == config::Severity::error;

@@ -38,15 +38,24 @@ std::string percent(double share) {  // two significant digits
   return share < 0.1 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
-/// @param with_bits prints the bits that are set in any integer
-void print_array(const ForeignFile& file, std::size_t index, bool with_bits) {
+/// Channel that is read from an array, or one without settings.
+ChannelLayout channel_of(const Layout& layout, const ForeignFile& file, std::size_t index) {
+  for (const ChannelLayout& channel : layout.channels) {
+    const std::string& name = channel.array.empty() ? channel.channel : channel.array;
+    if (name == file.arrays()[index].name || (channel.array.empty() && file.arrays().size() == 1)) return channel;
+  }
+  return {};
+}
+
+/// @param layout null: none; otherwise the bits that are set in any integer are printed
+void print_array(const ForeignFile& file, std::size_t index, const Layout* layout) {
   const FileArray& array = file.arrays()[index];
   fmt::print("  {:<20} {:<8} {:<18}", array.name.empty() ? "(one array)" : array.name, element_text(array),
              shape_text(array));
   if (array.elements() == 0) return fmt::print(" empty\n");
   ValueRange range;
   try {
-    range = range_of(file, index);
+    range = range_of(file, index, layout != nullptr ? channel_of(*layout, file, index) : ChannelLayout());
   } catch (const ForeignError& error) {  // others can be read
     return fmt::print(" {}\n", error.what());
   }
@@ -58,7 +67,7 @@ void print_array(const ForeignFile& file, std::size_t index, bool with_bits) {
   if (range.no_numbers > 0) fmt::print(", {} NaN or infinite", percent(range.no_numbers));
   for (const io::SuspectedCode& code : range.codes)
     fmt::print(", {} times {}: probably a code, --invalid {}", code.count, code.value, code.value);
-  if (with_bits && range.bits != 0) fmt::print(", bits set {:#x}", range.bits);
+  if (layout != nullptr && range.bits != 0) fmt::print(", bits set {:#x}", range.bits);
   if (!array.unit.empty()) fmt::print(", in {}", array.unit);
   if (!array.text.empty()) fmt::print("  ({})", array.text);
   fmt::print("\n");
@@ -113,7 +122,8 @@ int inspect(const InspectFileArguments& arguments) {
       for (const auto& path : files_of(pattern)) {
         const ForeignFile file = opened(formats, path, layout);
         fmt::print("{}: format {}, {}\n", path.string(), file.format(), config::counted(file.arrays().size(), "array"));
-        for (std::size_t i = 0; i < file.arrays().size(); ++i) print_array(file, i, !arguments.layout.empty());
+        for (std::size_t i = 0; i < file.arrays().size(); ++i)
+          print_array(file, i, arguments.layout.empty() ? nullptr : &layout);
         if (!file.profile().empty()) fmt::print("  with a camera profile\n");
         if (arguments.files.size() == 1 && arguments.layout.empty()) print_layout(file);
         if (pattern.find_first_of("*?") != std::string::npos) break;  // the first of a series

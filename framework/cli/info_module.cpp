@@ -107,6 +107,7 @@ json described(const io::CaptureReader& reader) {
   }
   result["gaps"] = gaps;
   result["lost"] = lost;
+  result["numbered"] = reader.has_frame_numbers();
   result["counter"] = lost > 0 || reader.metadata(0).device_number != 0;  // of the camera, not of the program
   if ((reader.known(0, reader.frames() - 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0) {
     const auto first = reader.metadata(0).timestamp_ns, last = reader.metadata(reader.frames() - 1).timestamp_ns;
@@ -133,7 +134,9 @@ void print_exposures(const json& exposures) {
 void print_gaps(const json& info) {
   const json& gaps = info["gaps"];
   if (gaps.empty())
-    return fmt::print("\n{}\n", info["counter"].get<bool>()
+    return fmt::print("\n{}\n", !info["numbered"].get<bool>()
+                                    ? "no frame numbers were recorded: lost frames are unknown"
+                                : info["counter"].get<bool>()
                                     ? "no frame is missing"
                                     : "no gap in the frame numbers; they begin at 0, perhaps counted by the program "
                                       "that recorded: lost frames are then unknown");

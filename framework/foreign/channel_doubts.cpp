@@ -40,9 +40,10 @@ std::vector<std::string> ForeignFrames::doubts(std::size_t channel) const {
   std::vector<double> codes = layout.invalid;
   if (seen.refused.count > 0) {
     const bool zero = seen.refused.zero == seen.refused.count;
+    codes.insert(codes.begin(), zero ? 0 : -1);  // beside the stated ones, which the option replaces
     doubts.push_back(seen.refused.sentence(name, seen.frames * pixels, config::counted(seen.frames, "frame")) +
-                     "; if they mean invalid pixels, state it, e.g. " + invalid_setting({zero ? 0.0 : -1.0}));
-    if (zero) codes.insert(codes.begin(), 0);
+                     "; if they mean invalid pixels, state it, e.g. " + invalid_setting(codes));
+    if (!zero) codes.erase(codes.begin());  // an example
   }
   for (const auto& [value, count] : seen.codes) codes.push_back(value);
   for (const auto& [value, count] : seen.codes)

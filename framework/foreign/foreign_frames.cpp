@@ -312,7 +312,7 @@ void ForeignFrames::convert(std::uint64_t frame, std::size_t channel, void* out,
            .is_length = is_length_channel(name) && name != "points",
            .refused = &seen.refused,
            .dropped = &seen.dropped,
-           .pixels = std::uint64_t{camera().width} * camera().height,
+           .pixels = source.scattered ? cloud_.flags.size() : std::uint64_t{camera().width} * camera().height,
            .per_pixel = name == "points" ? std::uint64_t{3} : std::uint64_t{1}},
           out, flags);
 }

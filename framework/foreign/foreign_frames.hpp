@@ -66,6 +66,13 @@ class ForeignFrames {
     std::map<double, std::uint64_t> codes;   // suspected codes and their number
     std::uint64_t frames = 0, examined = 0;  // examined for codes
   };
+  /// Unordered points of a frame.
+  struct Cloud {
+    std::uint64_t frame = ~std::uint64_t{0};
+    std::vector<float> points;
+    std::vector<std::uint16_t> flags;  // of each point
+    std::vector<std::size_t> pixels;   // of each point; no_pixel: none
+  };
   static constexpr std::size_t npos = static_cast<std::size_t>(-1);
 
   const ForeignFile& file(std::size_t index);
@@ -80,9 +87,8 @@ class ForeignFrames {
   std::vector<std::int64_t> exact_times(const PerFrame& what);
   /// @throws ForeignError if there are values of unordered points but not the points
   void check_scattered() const;
-  /// Pixel of each point of an unordered cloud.
-  const std::vector<std::size_t>& projected(std::uint64_t frame);
-  /// Converts one frame of a channel, in the order of the channel's elements.
+  const Cloud& cloud(std::uint64_t frame);
+  /// Converts one frame of a channel, in the order of the channel's elements. @param flags of pixels, or of points
   void convert(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
   void read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags);
   /// Elements of a frame in the order of the array.
@@ -100,8 +106,7 @@ class ForeignFrames {
   std::vector<double> integration_time_, modulation_frequency_, time_since_power_on_;  // one, per frame, or none
   std::vector<std::int64_t> timestamp_ns_;                                             // per frame; empty: none
   std::vector<std::uint64_t> numbers_;  // from the file names of a series; empty: none
-  std::vector<std::size_t> projected_;  // pixel of each point of projected_frame_
-  std::uint64_t projected_frame_ = ~std::uint64_t{0};
+  Cloud cloud_;                         // of the frame that was read last
   std::vector<std::uint8_t> buffer_;
   std::map<std::size_t, std::vector<std::uint8_t>> whole_;  // arrays whose frames are not contiguous
   std::uint64_t frames_ = 0;

@@ -3,6 +3,7 @@
 #include "foreign/header_check.hpp"
 
 #include "foreign/foreign_file.hpp"
+#include "foreign/readings.hpp"
 
 #include <fmt/format.h>
 #include <tofgraph/physics/robust.hpp>
@@ -31,8 +32,7 @@ struct Places {
   Offset begin = 0;           ///< start of the array in a frame, without frame_header
   std::vector<Offset> steps;  ///< per element of each axis
   std::size_t row = 0, column = 1;
-  std::optional<std::uint64_t> mask;
-  std::uint32_t signed_bits = 0;
+  ChannelLayout channel;  ///< read from the array
 
   Offset first_axis_bytes() const { return steps[0]; }
 };
@@ -61,8 +61,7 @@ Places places_of(const Layout& layout) {
     if (!channel.array.empty() && channel.array != largest.array.name) continue;
     std::vector<Axis> axes = channel.axes;
     std::erase(axes, Axis::frame);
-    largest.mask = channel.mask;
-    largest.signed_bits = channel.signed_bits;
+    largest.channel = channel;
     if (axes.size() != rank) continue;
     const auto row = std::ranges::find(axes, Axis::row), column = std::ranges::find(axes, Axis::column);
     if (row == axes.end() || column == axes.end()) continue;
@@ -136,13 +135,7 @@ class HeaderCheck {
     }
     std::uint64_t bits = 0;
     std::memcpy(&bits, element, sizeof bits);
-    if (places_.mask) bits &= *places_.mask;
-    std::uint32_t width = places_.signed_bits;
-    if (width == 0 && a.kind == TOFGRAPH_ELEMENT_SIGNED && !places_.mask) width = 8 * a.bytes;
-    if (width == 0 || width == 64) return static_cast<double>(static_cast<std::int64_t>(bits));
-    const std::uint64_t sign = std::uint64_t{1} << (width - 1);
-    bits = (bits & (2 * sign - 1)) ^ sign;
-    return static_cast<double>(static_cast<std::int64_t>(bits) - static_cast<std::int64_t>(sign));
+    return number_in(bits, a.kind, a.bytes, places_.channel);
   }
 
   /// Mean absolute difference of elements of the first frame and those `distance` bytes later; NaN if fewer than half

@@ -35,7 +35,7 @@ struct ChannelLayout {
   std::string array;                  ///< name in the file; empty: the only array
   std::vector<Axis> axes;             ///< in the order of the array's shape; empty: deduced from the sizes
   std::string unit;                   ///< size of a value of 1, "mm" or "0.1 mm"; empty: as in the file
-  std::vector<double> invalid;        ///< "no measurement": values before mask and zero, after signed_bits
+  std::vector<double> invalid;        ///< "no measurement": values before zero, before or after mask
   std::optional<std::uint64_t> mask;  ///< bits of a value that are used
   std::vector<StatusBits> status;     ///< bits beside the value; not used for it
   std::uint32_t signed_bits = 0;      ///< lowest bits of a value, two's complement; 0: the type's own sign

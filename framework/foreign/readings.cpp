@@ -47,6 +47,13 @@ template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vect
   }
 }
 
+/// Bits of each element of an array of integers.
+std::vector<std::uint64_t> words_of(const FileArray& array, const std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint64_t> words(bytes.size() / array.bytes);
+  for (std::size_t i = 0; i < words.size(); ++i) std::memcpy(&words[i], &bytes[i * array.bytes], array.bytes);
+  return words;
+}
+
 /// Smallest and largest value that an array can hold. @param signed_bits as in ChannelLayout
 std::pair<double, double> limits_of(const FileArray& array, std::uint32_t signed_bits = 0) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -109,32 +116,41 @@ std::vector<double> numbers_of(const FileArray& array, const std::vector<std::ui
   return values;
 }
 
-std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
-                                                  const ChannelLayout& layout) {
-  std::vector<double> values = numbers_of(array, bytes);
-  if (layout.signed_bits != 0) {  // two's complement in the lowest bits
-    const double sign = std::exp2(layout.signed_bits - 1);
-    for (double& v : values) v = v - 2 * sign * std::floor((v + sign) / (2 * sign));
-  }
-  std::erase_if(values, [&](double v) { return std::ranges::binary_search(layout.invalid, v); });
-  double largest = limits_of(array, layout.signed_bits).second;
-  if (layout.mask && std::isfinite(largest)) {
-    const auto masked = [&](double v) {
-      return static_cast<double>(static_cast<std::uint64_t>(static_cast<std::int64_t>(v)) & *layout.mask);
-    };
-    std::ranges::transform(values, values.begin(), masked);
-    largest = masked(largest);
-  }
-  return io::suspected_codes(std::move(values), largest);
+double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, const ChannelLayout& layout) {
+  if (layout.mask) word &= *layout.mask;
+  const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * bytes;
+  const std::uint64_t sign = std::uint64_t{1} << (width - 1), bits = word & (2 * sign - 1);
+  if (layout.signed_bits == 0 && kind != TOFGRAPH_ELEMENT_SIGNED) return static_cast<double>(bits);
+  return static_cast<double>(static_cast<std::int64_t>((bits ^ sign) - sign));
 }
 
-ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t count) {
+std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                                  const ChannelLayout& layout) {
+  const auto is_stated = [&](double v) { return std::ranges::binary_search(layout.invalid, v); };
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
+    std::vector<double> values = numbers_of(array, bytes);
+    std::erase_if(values, is_stated);
+    return io::suspected_codes(std::move(values), std::numeric_limits<double>::infinity());
+  }
+  std::vector<double> values;
+  const ChannelLayout stored{.signed_bits = layout.signed_bits};
+  for (const std::uint64_t word : words_of(array, bytes)) {
+    const double value = number_in(word, array.kind, array.bytes, layout);
+    if (!is_stated(value) && !is_stated(number_in(word, array.kind, array.bytes, stored))) values.push_back(value);
+  }
+  const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
+  const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * array.bytes;
+  const std::uint64_t largest = ~std::uint64_t{0} >> (64 - width + (is_signed ? 1 : 0));
+  return io::suspected_codes(std::move(values), number_in(largest, array.kind, array.bytes, layout));
+}
+
+ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLayout& layout) {
   const FileArray& array = file.arrays()[index];
   ValueRange range;
   if (array.elements() == 0) return range;
   constexpr std::uint64_t max_bytes = std::uint64_t{1} << 28U;  // read at most for a message
   const bool one_image = array.extent.size() <= 2 && array.elements() * array.bytes <= max_bytes;
-  count = one_image ? array.extent[0] : std::min(count, array.extent[0]);
+  const std::uint64_t count = one_image ? array.extent[0] : 1;
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
@@ -148,12 +164,12 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, std::uint64_t co
     if (!std::isfinite(value)) continue;
     range.minimum = std::min(range.minimum, value);
     range.maximum = std::max(range.maximum, value);
-    if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
-      range.bits |= static_cast<std::uint64_t>(static_cast<std::int64_t>(value));
   }
-  range.codes = suspected_codes_of(array, bytes, {});
+  if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
+    for (const std::uint64_t word : words_of(array, bytes)) range.bits |= word;
+  range.codes = suspected_codes_of(array, bytes, layout);
   std::erase_if(values, [&](double v) {
-    return !(v > 0 && std::isfinite(v)) ||
+    return !(v > 0 && std::isfinite(v)) || std::ranges::binary_search(layout.invalid, v) ||
            std::ranges::find(range.codes, v, &io::SuspectedCode::value) != range.codes.end();
   });
   std::ranges::sort(values);
@@ -196,14 +212,14 @@ void check_layout(const ForeignFile& file, const FileArray& array, const Channel
     throw ForeignError(fmt::format("{}: '{}': {}", file.path().string(), layout.channel, what));
   };
   if (array.elements() == 0) refuse("the array is empty");
-  if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
-    refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   if (layout.signed_bits > 8 * array.bytes || (layout.signed_bits != 0 && array.kind == TOFGRAPH_ELEMENT_FLOAT))
     refuse(fmt::format("has signed_bits: {}, but its values are {}", layout.signed_bits, element_text(array)));
   for (const StatusBits& status : layout.status) {
     if (array.kind == TOFGRAPH_ELEMENT_FLOAT || (array.bytes < 8 && status.bits >> (8 * array.bytes) != 0))
       refuse(fmt::format("has the status bits {:#x}, but its values are {}", status.bits, element_text(array)));
   }
+  if (layout.mask && array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    refuse("has a mask, which applies to integers only, but its values are floating-point numbers");
   const auto [low, high] = limits_of(array, layout.signed_bits);
   for (const double code : layout.invalid) {
     if (code >= low && code <= high && (array.kind == TOFGRAPH_ELEMENT_FLOAT || code == std::floor(code))) continue;

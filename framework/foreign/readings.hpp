@@ -29,10 +29,14 @@ struct ValueRange {
   std::vector<io::SuspectedCode> codes;
   std::uint64_t bits = 0;  ///< of integers, set in any element
 };
-/// @param count max. number along the slowest axis; an array of up to two axes is read completely
-ValueRange range_of(const ForeignFile& file, std::size_t array, std::uint64_t count = 1);
+/// Range of the first element along the slowest axis, or of a complete array of up to two axes.
+/// @param layout of the channel that is read from the array; its codes and unused bits are no suspected codes
+ValueRange range_of(const ForeignFile& file, std::size_t array, const ChannelLayout& layout = {});
 /// Converts the elements of an array to double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);
+/// Number in the bits of an integer element: those of the mask, in two's complement if the type is signed or the layout
+/// has signed_bits. @param kind, bytes as in tofgraph_file_array
+double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, const ChannelLayout& layout);
 /// Values of a channel, without codes for "no measurement", that are probably codes. @param bytes of the array
 std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
                                                   const ChannelLayout& layout);

@@ -122,6 +122,7 @@ template <class T, class U> class Scatter {
         ++c_.dropped->count;
       }
     }
+    if (c_.mask && std::ranges::binary_search(c_.invalid, number_of(value))) flags |= flag::invalid;
     return (flags & flag::invalid) != 0 || is_measurement(value) ? flags : flags | flag::invalid;
   }
   bool is_measurement(T value) const {

@@ -32,7 +32,7 @@ struct Conversion {
   std::uint32_t signed_bits = 0;            ///< lowest bits, a number in two's complement; 0: all, by the type
   std::uint64_t first = 0;                  ///< index in the output of the first input element
   std::span<const StatusBits> status;       ///< set flags
-  std::span<const double> invalid;          ///< values that mean "no measurement", ascending
+  std::span<const double> invalid;          ///< "no measurement", before or after the mask; ascending
   bool is_length = false;                   ///< values outside (0, max_length] are invalid
   io::RefusedLengths* refused = nullptr;    ///< counts such lengths except those in `invalid`; may be null
   DroppedBits* dropped = nullptr;           ///< counts bits that are dropped by the mask; may be null

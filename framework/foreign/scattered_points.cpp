@@ -38,31 +38,40 @@ std::vector<std::size_t> pixels_of_points(const tofgraph_camera& camera, const s
   return pixels;
 }
 
-const std::vector<std::size_t>& ForeignFrames::projected(std::uint64_t frame) {
-  if (projected_frame_ == frame) return projected_;
-  const std::size_t channel =
+const ForeignFrames::Cloud& ForeignFrames::cloud(std::uint64_t frame) {
+  if (cloud_.frame == frame) return cloud_;
+  const auto channel =
       static_cast<std::size_t>(std::ranges::find(channels_, "points", &ForeignChannel::name) - channels_.begin());
-  std::vector<float> points(sources_[channel].elements);
-  convert(frame, channel, points.data(), nullptr);
-  projected_ = pixels_of_points(camera(), points);
-  projected_frame_ = frame;
-  return projected_;
+  cloud_.points.resize(sources_[channel].elements);
+  cloud_.flags.assign(cloud_.points.size() / 3, 0);
+  convert(frame, channel, cloud_.points.data(), cloud_.flags.data());
+  cloud_.pixels = pixels_of_points(camera(), cloud_.points);
+  cloud_.frame = frame;
+  return cloud_;
 }
 
 void ForeignFrames::read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
-  const Source& source = sources_[channel];
-  const std::size_t pixels = std::size_t{camera().width} * camera().height;
-  const std::vector<std::size_t>& at = projected(frame);
-  if (channels_[channel].type == TOFGRAPH_TYPE_U16) {
-    std::vector<std::uint16_t> values(source.elements);
-    convert(frame, channel, values.data(), nullptr);
-    return place(at, values, source.elements / at.size(), std::uint16_t{0}, static_cast<std::uint16_t*>(out), pixels);
-  }
-  std::vector<float> values(source.elements);
-  convert(frame, channel, values.data(), nullptr);
+  const Cloud& all = cloud(frame);
+  const std::size_t pixels = std::size_t{camera().width} * camera().height,
+                    per_point = sources_[channel].elements / all.pixels.size();
   auto* image = static_cast<float*>(out);
-  place(at, values, source.elements / at.size(), std::numeric_limits<float>::quiet_NaN(), image, pixels);
-  if (channels_[channel].name == "points") mark_invalid_points(image, flags, pixels, values_[channel].refused);
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  std::vector<std::uint16_t> of_points(all.pixels.size());
+  if (channels_[channel].name == "points") {
+    of_points = all.flags;
+    place(all.pixels, all.points, per_point, none, image, pixels);
+    mark_invalid_points(image, flags, pixels, values_[channel].refused);
+  } else if (channels_[channel].type == TOFGRAPH_TYPE_U16) {
+    std::vector<std::uint16_t> values(sources_[channel].elements);
+    convert(frame, channel, values.data(), of_points.data());
+    place(all.pixels, values, per_point, std::uint16_t{0}, static_cast<std::uint16_t*>(out), pixels);
+  } else {
+    std::vector<float> values(sources_[channel].elements);
+    convert(frame, channel, values.data(), of_points.data());
+    place(all.pixels, values, per_point, none, image, pixels);
+  }
+  for (std::size_t p = 0; p < of_points.size() && flags != nullptr; ++p)
+    if (all.pixels[p] != no_pixel) flags[all.pixels[p]] |= of_points[p];
 }
 
 void ForeignFrames::check_scattered() const {

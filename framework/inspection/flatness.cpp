@@ -146,6 +146,17 @@ void FlatnessTest::keep(const std::vector<bool>& keep) {
   surfaces_.count = count;
 }
 
+bool moves_enough(const Flatness& stated, const Flatness& corrected) {
+  double square = 0;
+  for (std::size_t i = 0; i < stated.points.size(); ++i) {
+    const physics::Vector3 a = stated.points[i], b = corrected.points[i], step = a + (-1.0) * b;
+    const bool before = std::isfinite(a.x), after = std::isfinite(b.x);
+    if (before != after) return true;  // a ray is gained or lost
+    if (before) square += physics::dot(step, step);
+  }
+  return std::sqrt(square / static_cast<double>(stated.count)) > 0.9 * (stated.rms - corrected.rms);
+}
+
 std::vector<Orientation> other_orientations(bool square) {
   std::vector<Orientation> all = {
       {"left_right", 0, {-1, 0, 0, 1}}, {"top_bottom", 0, {1, 0, 0, -1}}, {"none", 180, {-1, 0, 0, -1}}};

@@ -73,6 +73,10 @@ class FlatnessTest {
   std::optional<physics::Geometry> geometry_;
 };
 
+/// Returns true if a correction moves the blocks by at least the deviation that it removes. Otherwise the gain is due
+/// to an ill-conditioned plane.
+bool moves_enough(const Flatness& stated, const Flatness& corrected);
+
 /// All orientations compatible with the image size, except the identity.
 std::vector<Orientation> other_orientations(bool square);
 

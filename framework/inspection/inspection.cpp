@@ -44,7 +44,7 @@ std::string deviation(double rms) {
   return rms < 1e-4 ? "below 0.1 mm beside the noise" : millimetres(rms) + " (RMS, noise subtracted)";
 }
 
-/// Adds a finding if lengths are beyond the range of the camera; otherwise the unit is undecided: planes are flat in
+/// Adds a finding if lengths are implausible for the camera; otherwise the unit is undecided: planes are flat in
 /// all.
 void add_range(Inspection& result) {
   const Observation& o = result.observation;
@@ -53,7 +53,7 @@ void add_range(Inspection& result) {
   const double most = o.camera->data_sheet.measuring_range[1];
   const std::string doubt = io::range_doubt(o.channel, lengths, most, o.unambiguous_range);
   if (!doubt.empty())
-    return result.findings.push_back({"unit", doubt, "a length beyond the range cannot be measured",
+    return result.findings.push_back({"unit", doubt, "the camera hardly measures such lengths",
                                       "unit: the length that a value of 1 stands for", io::unknown, io::unknown});
   const bool beyond = std::ranges::any_of(lengths, [&](float v) { return v > o.unambiguous_range; });
   result.undecided.push_back(
@@ -120,19 +120,6 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
                       ? fmt::format("turned by {} deg", 360 - a.orientation.turn)
                       : fmt::format("mirrored{}", a.orientation.turn != 0 ? " and turned" : "")),
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
-}
-
-/// Returns true if a correction moves the blocks by at least the deviation that it removes. Otherwise the gain is due
-/// to an ill-conditioned plane.
-bool moves_enough(const Flatness& stated, const Flatness& corrected) {
-  double square = 0;
-  for (std::size_t i = 0; i < stated.points.size(); ++i) {
-    const physics::Vector3 a = stated.points[i], b = corrected.points[i], step = a + (-1.0) * b;
-    const double moved = physics::dot(step, step);
-    if (!std::isfinite(moved)) return true;  // a ray is gained or lost
-    square += moved;
-  }
-  return std::sqrt(square / static_cast<double>(stated.count)) > 0.9 * (stated.rms - corrected.rms);
 }
 
 /// Keeps the surfaces that are flat under some assumption, e.g. no spheres. @returns true if any was removed

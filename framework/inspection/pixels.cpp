@@ -55,9 +55,9 @@ void add_bad_pixels(Inspection& result) {
       const bool alone = std::isfinite(o.length[i - 1]) && std::isfinite(o.length[i + 1]) &&
                          std::isfinite(o.length[i - o.width]) && std::isfinite(o.length[i + o.width]);
       if (std::isnan(o.length[i])) {
-        if ((joins(o.length[i - 1], o.length[i + 1]) || joins(o.length[i - o.width], o.length[i + o.width])) &&
-            dead++ == 0)
-          first_dead = fmt::format(" (the first at column {}, row {})", column, row);
+        if (!joins(o.length[i - 1], o.length[i + 1]) && !joins(o.length[i - o.width], o.length[i + o.width])) continue;
+        if (dead == 0) first_dead = fmt::format(" (the first at column {}, row {})", column, row);
+        ++dead;
         continue;
       }
       const double rest = s.rest.empty() ? io::unknown : std::abs(s.rest[i]);

@@ -220,19 +220,23 @@ std::string range_doubt(const std::string& channel, std::vector<float> lengths, 
                         double unambiguous_range) {
   std::erase_if(lengths, [](float v) { return !(v > 0 && std::isfinite(v)); });
   std::ranges::sort(lengths);
-  const bool known = std::isfinite(measuring_range);
-  const double limit = known ? measuring_range : 2 * unambiguous_range, n = static_cast<double>(lengths.size());
+  const bool stated = std::isfinite(measuring_range);
+  // A data sheet states where the accuracy holds; lengths beyond it can be measured up to the unambiguous range.
+  const bool ambiguous = stated && unambiguous_range >= measuring_range && unambiguous_range < 2 * measuring_range;
+  const double limit = ambiguous ? unambiguous_range : 2 * (stated ? measuring_range : unambiguous_range);
   if (!(limit > 0) || lengths.empty()) return {};
   const auto within = std::ranges::upper_bound(lengths, static_cast<float>(limit)) - lengths.begin();
-  const double beyond = 1 - static_cast<double>(within) / n;
-  if (beyond < 0.05) return {};
+  const double beyond = 1 - static_cast<double>(within) / static_cast<double>(lengths.size());
   const double high = lengths[lengths.size() - 1 - lengths.size() / 100];
+  if (beyond < 0.05 || high < 1.1 * limit) return {};  // an offset may exceed the limit slightly
   return fmt::format(
       "{:.0f} % of the lengths of {} are beyond {}, {}; 99 % are up to {}: the unit is probably smaller by "
       "a factor of {:.2g} or more, e.g. 0.25 mm or 0.1 mm instead of 1 mm",
       100 * beyond, channel, format_quantity(limit, "m"),
-      known ? "the measuring_range of the camera" : "twice its unambiguous range", format_quantity(high, "m"),
-      high / limit);
+      ambiguous ? "the unambiguous range of the camera"
+      : stated  ? "twice the measuring_range of the camera"
+                : "twice its unambiguous range",
+      format_quantity(high, "m"), high / limit);
 }
 
 std::vector<std::string> clock_doubts(std::span<const tofgraph_metadata> frames, const tofgraph_camera* camera) {

@@ -34,8 +34,9 @@ double expected_range(std::span<const tofgraph_exposure> exposures, double recor
 /// least 5 mm
 std::string length_doubt(const std::string& channel, std::vector<float> lengths, double unambiguous_range);
 
-/// Doubts about lengths if 5 % of the positive ones are beyond the measuring range or, where it is unknown, beyond
-/// twice the unambiguous range: recordings with several frequencies exceed it. @param measuring_range m, NaN: unknown
+/// Doubts about lengths if 5 % of the positive ones are beyond twice the measuring range of the data sheet, or beyond
+/// the unambiguous range if it is between the measuring range and this; where the data sheet is unknown, beyond twice
+/// the unambiguous range: recordings with several frequencies exceed it. @param measuring_range m, NaN: unknown
 /// @param unambiguous_range m, NaN: unknown
 std::string range_doubt(const std::string& channel, std::vector<float> lengths, double measuring_range,
                         double unambiguous_range);

@@ -131,10 +131,10 @@ struct FileReader final : Source {
     return profile ? profile->data_sheet.measuring_range[1] : std::nan("");
   }
 
-  /// @throws config::ConfigurationError
+  /// Camera of the layout: a profile or a device folder. @throws config::ConfigurationError
   io::CameraPtr stated_camera(const std::string& name) const {
     config::Diagnostics diagnostics;
-    io::CameraPtr camera = io::load_profile(io::find_profile(name, "."), diagnostics);
+    io::CameraPtr camera = io::find_camera({.kind = config::Value::Kind::scalar, .text = name}, diagnostics);
     if (!camera) throw config::ConfigurationError(diagnostics);
     for (const config::Diagnostic& warning : diagnostics.all()) warn(warning.message);
     return camera;

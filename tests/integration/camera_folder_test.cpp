@@ -153,6 +153,25 @@ TEST_F(CameraFolder, AFolderMayBeMovedAsAWhole) {
   EXPECT_THAT(none.err, HasSubstr("has no camera.yaml"));
 }
 
+TEST_F(CameraFolder, ALayoutNamesItLikeAPipeline) {
+  std::string table;
+  for (int row = 0; row < 12; ++row) {
+    for (int column = 0; column < 16; ++column) table += (column > 0 ? "," : "") + std::to_string(1500 + column);
+    table += "\n";
+  }
+  write_text(path("depth.csv"), table);
+  for (const std::string camera : {"lab", "./data/tofgraph/cameras/lab"}) {
+    write_text(path("layout.yaml"), "layout: 1\ncamera: " + camera + "\nchannels: {depth: {unit: mm}}\n");
+    EXPECT_THAT(tofgraph("check layout.yaml").err, HasSubstr("the layout is valid"));
+    const Outcome converted = tofgraph("convert depth.csv -o d.h5 --layout layout.yaml --force");
+    EXPECT_EQ(converted.exit_code, 0) << camera << converted.err;
+    EXPECT_THAT(tofgraph("info d.h5").out, HasSubstr("camera small, 16 x 12 px"));
+  }
+  write_text(path("layout.yaml"), "layout: 1\ncamera: lap\nchannels: {depth: {unit: mm}}\n");
+  EXPECT_THAT(tofgraph("convert depth.csv -o d.h5 --layout layout.yaml --force").err,
+              AllOf(HasSubstr("there is no camera profile 'lap'"), HasSubstr("did you mean 'lab'?")));
+}
+
 TEST_F(CameraFolder, AFileThatWasChangedIsRefused) {
   add("offset.yaml");
   write_text(lab() / "offset/offset.yaml", offset_of(27));

@@ -89,7 +89,7 @@ TEST_F(Check, ReportsTheErrorsOfALayout) {
   const Outcome outcome = check("layout.yaml");
   expect_said(outcome, 2, "layout.yaml:4:3: error: there is no channel 'depht'");
   expect_said(outcome, 2, "layout.yaml:4:17: error: 'mask' must be the bits of a whole number");
-  expect_said(outcome, 2, "layout.yaml:2:9: error: ");
+  expect_said(outcome, 2, "layout.yaml:2:9: error: there is no camera profile 'nothing'");
 }
 
 TEST_F(Check, OpensTheCapturesOfACampaign) {

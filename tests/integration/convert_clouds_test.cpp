@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <hdf5.h>
 #include <pcl/io/pcd_io.h>
+#include <tofgraph/channels.hpp>
 
 #include "tests/small_capture.hpp"
 #include "tests/small_conversion.hpp"
@@ -130,6 +131,46 @@ TEST_F(ConvertClouds, PointsInNoOrderGetThePixelsInWhichTheyAreSeen) {
   write_text(path("more.pcd"), pcd_header(longer.size(), 1, "ascii") + ascii_of(more, longer));
   ASSERT_EQ(convert("more.pcd --unit m --as points").exit_code, 0);
   expect_points(expected, "more");
+}
+
+/// Points in millimetres in no order, and words of 13 bits below three status bits; point 5 holds the largest number.
+TEST_F(ConvertClouds, StatusBitsAndCodesOfPointsInNoOrderAreThoseOfTheirPixels) {
+  const Points plane = plane_points();
+  const std::vector<std::size_t> order = shuffled_valid();
+  const unsigned status[] = {0, 0x8000, 0x4000, 0x2000, 0xa000};
+  std::string points, words;
+  const auto add = [](std::string& bytes, int word) {
+    bytes += static_cast<char>(word & 0xff);
+    bytes += static_cast<char>(word >> 8 & 0xff);
+  };
+  for (const std::size_t i : order) {
+    for (std::size_t k = 0; k < 3; ++k)
+      add(points, i == 5 ? 32767 : static_cast<int>(std::lround(1000 * plane[3 * i + k])));
+    add(words, static_cast<int>((100 + i) | status[i % 5]));
+  }
+  write_text(path("cloud.bin"), points + words);
+  const std::string n = std::to_string(order.size());
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./tiny.yaml\narrays:\n  xyz: {type: int16, shape: [" + n +
+                 ", 3]}\n  words: {type: uint16, shape: [" + n + "]}\nchannels:\n" +
+                 "  points: {array: xyz, axes: point coordinate, unit: mm}\n  amplitude: {array: words, axes: point, "
+                 "saturated: 0x8000, invalid_bits: 0x4000, bad_pixel: 0x2000}\n");
+  const Outcome outcome = tofgraph("convert cloud.bin -o out.h5 --layout layout.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("3 of 141 values of points in 1 frame are 32767"));
+  const std::vector<float> amplitude = frames<float>("amplitude");
+  const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+  constexpr std::uint16_t bad = tofgraph::flag::bad_pixel | tofgraph::flag::invalid,
+                          saturated = tofgraph::flag::saturated;
+  const std::uint16_t expected[] = {0, saturated, tofgraph::flag::invalid, bad, bad | saturated};
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    const bool none = i == 5 || i == 11;
+    EXPECT_EQ(flags[i], none ? tofgraph::flag::invalid : expected[i % 5]) << i;
+    if (none || i % 5 >= 2)
+      EXPECT_TRUE(std::isnan(amplitude[i])) << i;
+    else
+      EXPECT_EQ(amplitude[i], static_cast<float>(100 + i)) << i;
+  }
 }
 
 /// A PLY file with x y z as float32, followed by a list of faces.

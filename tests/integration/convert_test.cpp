@@ -164,6 +164,9 @@ TEST_F(Convert, CountsLengthsThatCannotBeAndDoubtsAUnitThatCannotBe) {
   EXPECT_THAT(right.err, HasSubstr("2 of 48 values of depth in 1 frame are 0 m, negative or greater than"));
   EXPECT_THAT(right.err, testing::Not(HasSubstr("median")));
   EXPECT_EQ(frames<std::uint16_t>("flags")[9], 1);
+  EXPECT_THAT(convert("z.csv --as depth --unit mm --invalid -20,1234").err,
+              HasSubstr("state it, e.g. --invalid 0,-20,1234 (in a layout or a pipeline: invalid: [0, -20, 1234])"))
+      << "the option replaces the stated codes";
   EXPECT_THAT(convert("z.csv --as depth --unit mm --invalid 0,-20").err, testing::Not(HasSubstr("taken as invalid")));
   EXPECT_THAT(convert("z.csv --as depth --unit m").err,
               testing::AllOf(HasSubstr("the median of depth is 1500 m"), HasSubstr("in mm (1500 mm = 1.5 m)")));
@@ -339,6 +342,91 @@ TEST_F(Convert, StatusBitsBecomeFlagsAndUnstatedOnesAreReported) {
               HasSubstr("the bits 0x800 in 'mask' and in 'saturated'"));
 }
 
+/// Twelve bits below a status bit; saturated pixels have all bits of the value and the status bit.
+TEST_F(Convert, ACodeBelowAStatusBitIsExcludedAsTheWarningSays) {
+  std::string dump;
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    const unsigned word = i % 4 == 0 ? 0x8fffU : i == 5 ? 0x0fffU : static_cast<unsigned>(1500 + i);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [6, 8]}\n"
+               "channels:\n  depth: {array: raw, axes: row column, unit: mm, saturated: 0x8000" +
+                   keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  EXPECT_THAT(layout(", mask: 0x0fff").err, HasSubstr("13 of 48 values of depth in 1 frame are 4095"));
+  for (const std::string keys : {", mask: 0x0fff, invalid: 4095", ", invalid: 4095"}) {
+    const Outcome outcome = layout(keys);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, Not(HasSubstr("warning"))) << keys;
+    const std::vector<float> depth = frames<float>("depth");
+    const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+    for (std::size_t i = 0; i < small_pixels; ++i) {
+      EXPECT_EQ(std::isnan(depth[i]), i % 4 == 0 || i == 5) << i;
+      EXPECT_EQ(flags[i], i % 4 == 0 ? 3 : i == 5 ? 1 : 0) << "invalid, and saturated where the status bit is set";
+    }
+  }
+  EXPECT_THAT(layout(", mask: 0x0fff, invalid: 0x8fff").err, HasSubstr("1 of 48 values"))
+      << "a stored value is excluded as well";
+}
+
+/// Millimetres below bits that invalidate a pixel, and one that does not.
+TEST_F(Convert, StatusBitsOfLengthsInvalidateTheirPixels) {
+  const unsigned status[] = {0, 0x8000, 0x4000, 0x2000, 0x6000};
+  constexpr std::uint16_t invalid = 1, saturated = 2, bad_pixel = 1024;
+  const int expected[] = {0, invalid, invalid | bad_pixel, saturated, invalid | bad_pixel | saturated};
+  std::string dump;
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    const unsigned word = static_cast<unsigned>(1500 + i) | status[i % 5];
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [6, 8]}\nchannels:\n  depth: "
+             "{array: raw, axes: row column, unit: mm, invalid_bits: 0x8000, bad_pixel: 0x4000, saturated: 0x2000}\n");
+  const Outcome outcome = tofgraph("convert dump.bin -o out.h5 --layout layout.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, Not(HasSubstr("warning")));
+  const std::vector<float> depth = frames<float>("depth");
+  const std::vector<std::uint16_t> flags = frames<std::uint16_t>("flags");
+  for (std::size_t i = 0; i < small_pixels; ++i) {
+    EXPECT_EQ(flags[i], expected[i % 5]) << i;
+    if ((expected[i % 5] & invalid) != 0)
+      EXPECT_TRUE(std::isnan(depth[i])) << i;
+    else
+      EXPECT_FLOAT_EQ(depth[i], static_cast<float>(1.5 + 1e-3 * static_cast<double>(i))) << i;
+  }
+}
+
+/// Signed words whose highest bit is a status bit, which is no sign; ten of them hold the largest number below it.
+TEST_F(Convert, StatusBitsOfSignedWordsAreNoPartOfTheirNumbers) {
+  std::string dump;
+  for (std::size_t i = 0; i < 4 * small_pixels; ++i) {
+    const unsigned word = i >= 182 ? 0x8fffU : static_cast<unsigned>(1100 + 10 * i) | (i % 4 == 0 ? 0x8000U : 0U);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  const auto layout = [&](const std::string& type, const std::string& shape, const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: " + type + ", shape: " + shape +
+                   "}\nchannels:\n  phases: {array: raw, axes: exposure row column, " + keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force");
+  };
+  const Outcome outcome = layout("int16", "[4, 6, 8]", "saturated: 0x8000");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("10 of 192 values of phases in 1 frame are 4095"), Not(HasSubstr("e+"))));
+  const auto phases = frames<std::int16_t>("phases");
+  for (std::size_t i = 0; i < 182; ++i) EXPECT_EQ(phases[i], 1100 + 10 * static_cast<int>(i)) << i;
+  EXPECT_THAT(layout("float32", "[4, 2, 12]", "saturated: 0x8000").err,
+              HasSubstr("has the status bits 0x8000, but its values are float32"));
+}
+
 /// 65535 of an overflow, and a repeated 4095 beside millimetres of a wall.
 TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
   cv::Mat image(6, 8, CV_16U);
@@ -363,6 +451,25 @@ TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
              "channels: {depth: {unit: mm}}\n");
   EXPECT_THAT(tofgraph("convert --inspect words.bin --layout words.yaml").out,
               HasSubstr("386 to 8192, 0 % zeros, bits set 0x318f"));
+}
+
+/// A layout for the file is heeded: bits of signed words have their width, and stated codes are not suspected.
+TEST_F(Convert, InspectionWithALayoutHeedsItsCodesAndBits) {
+  std::string dump("\xfb\xff\x05\x00", 4);  // -5 and 5
+  for (int i = 0; i < 30; ++i)
+    dump += i < 12 ? std::string("\xff\x0f", 2) : std::string(1, static_cast<char>(i)) + '\5';
+  write_text(path("dump.bin"), dump);
+  const auto shown = [&](const std::string& keys) {
+    write_text(path("layout.yaml"),
+               "layout: 1\narrays:\n  raw: {type: int16, shape: [2, 16]}\nchannels:\n  phases: "
+               "{array: raw, axes: row column" +
+                   keys + "}\n");
+    return tofgraph("convert --inspect dump.bin --layout layout.yaml").out;
+  };
+  EXPECT_THAT(shown(""), AllOf(HasSubstr("-5 to 4095"), HasSubstr("12 times 4095: probably a code, --invalid 4095"),
+                               HasSubstr("bits set 0xffff  (layout)")));
+  EXPECT_THAT(shown(", invalid: 4095"), Not(HasSubstr("probably a code")));
+  EXPECT_THAT(shown(", mask: 0x07ff"), HasSubstr("12 times 2047: probably a code, --invalid 2047"));
 }
 
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
@@ -408,6 +515,12 @@ TEST_F(Convert, ErrorsNameTheOptionAndNotAPipeline) {
               AllOf(StartsWith("--camera: error: "), HasSubstr("tofgraph convert camera.yml -o my_camera.yaml")));
   EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit mm --modulation-frequency '20 MHz, 100 MHz'"),
               AllOf(StartsWith("--modulation-frequency: error: "), HasSubstr("greatest common divisor")));
+  write_text(path("there.h5"), "");
+  EXPECT_THAT(
+      tofgraph("convert depth.png -o there.h5 --camera ./tiny.yaml --as depth --unit mm").err,
+      AllOf(StartsWith("error: "), HasSubstr("there.h5 already exists: --force"), Not(HasSubstr("capture_writer"))));
+  EXPECT_THAT(tofgraph("convert depth.png -o out{h5 --camera ./tiny.yaml --as depth --unit mm").err,
+              AllOf(HasSubstr("out{h5"), Not(HasSubstr("capture_writer"))));
   write_text(path("layout.yaml"), "layout: 1\nchannels: {depht: {unit: mm}}\n");
   EXPECT_THAT(error_of("--camera ./tiny.yaml --layout layout.yaml"),
               HasSubstr("layout.yaml:2:12: error: there is no channel"));

@@ -204,6 +204,31 @@ TEST_F(InspectLayout, DeadPixelsAndTheHeaderOfInterleavedPhasesAreFound) {
   EXPECT_THAT(result["facts"].dump(), HasSubstr("distance and range are equal"));
 }
 
+/// Signed words above a status bit: noise about 0 in the left part, whose sign changes at random, a texture in the
+/// right.
+TEST_F(InspectLayout, TheHeaderOfSignedWordsWithAStatusBitIsFound) {
+  std::mt19937 random(6);
+  std::normal_distribution<double> noise(0, 2);
+  std::string bytes;
+  for (std::size_t frame = 0; frame < frame_count; ++frame) {
+    bytes += std::string(48, 'h');
+    for (int i = 0; i < 4 * 144 * 176; ++i) {
+      const double sample =
+          noise(random) + (i % 176 < 120 ? 0 : 500 + 300 * std::sin(i % 176 / 7.0) * std::cos(i / 9e3));
+      const auto word = static_cast<unsigned>(2 * static_cast<int>(std::lround(sample)));
+      bytes += static_cast<char>(word & 0xffU);
+      bytes += static_cast<char>(word >> 8U & 0xffU);
+    }
+  }
+  write_text(path("camera.yaml"), camera.profile(camera.k));
+  write_text(path("layout.yaml"),
+             "layout: 1\ncamera: ./camera.yaml\nframe_header: 16\narrays:\n  words: {type: int16, shape: [4, 144, "
+             "176]}\nchannels:\n  phases: {array: words, axes: exposure row column, saturated: 0x0001}\n");
+  write_text(path("dump.bin"), bytes);
+  const Outcome outcome = shell("$TOFGRAPH convert dump.bin -o a.h5 --layout layout.yaml", folder_.path());
+  EXPECT_THAT(outcome.err, HasSubstr("in the layout: frame_header: 48")) << outcome.err;
+}
+
 /// Four images per frame, each with a header: the last image shows whether images or frames have the longer header.
 TEST_F(InspectLayout, HeadersOfImagesAreToldFromThoseOfFrames) {
   write_layout({});

@@ -219,11 +219,14 @@ TEST_F(Inspect, WrongUnitsOfASmallFactorAndCodesAreReported) {
   write_text(path("depth.npy"), recording.npy());
   const json far = inspected("depth.npy --camera ./camera.yaml --as depth --unit '4 mm'");
   EXPECT_EQ(first_of(far), "unit");
-  EXPECT_THAT(far["findings"][0]["text"].get<std::string>(), HasSubstr("the measuring_range of the camera"));
+  EXPECT_THAT(far["findings"][0]["text"].get<std::string>(), HasSubstr("the unambiguous range of the camera"));
   EXPECT_THAT(far["findings"][0]["text"].get<std::string>(), HasSubstr("smaller by a factor of"));
   const Outcome converted =
       shell("$TOFGRAPH convert depth.npy -o d.h5 --camera ./camera.yaml --as depth --unit '4 mm'", path(""));
-  EXPECT_THAT(converted.err, HasSubstr("are beyond 3 m, the measuring_range of the camera"));
+  EXPECT_THAT(converted.err, HasSubstr("are beyond 3.74741 m, the unambiguous range of the camera"));
+  write_text(path("near.yaml"), profile + "measuring_range: [0.1 m, 1.5 m]\n");
+  const json beyond = inspected("depth.npy --camera ./near.yaml --as depth --unit mm");
+  EXPECT_TRUE(beyond["findings"].empty()) << "measured beyond the range of the data sheet" << beyond;
   recording.write(path("a.h5"), Mistake::none);
   const json codes = inspected("a.h5");
   EXPECT_EQ(first_of(codes), "codes") << codes;

@@ -245,16 +245,37 @@ TEST_F(Record, TheIntegrationTimeChangesBetweenFrames) {
 
 TEST_F(Record, InfoShowsGapsAndRecordingsThatWereCutOff) {
   ASSERT_EQ(run(record + "-o a.h5 --frames 6").exit_code, 0);
-  const hid_t capture = H5Fopen(file("a.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  const hid_t set = H5Dopen2(capture, "/frames/frame_number", H5P_DEFAULT);
-  const std::vector<std::uint64_t> numbers = {0, 1, 5, 6, 2, 3};
-  H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data());
-  H5Dclose(set);
-  H5Fclose(capture);
+  const auto write_numbers = [&](const std::vector<std::uint64_t>& numbers) {  // none: removes the dataset
+    const hid_t capture = H5Fopen(file("a.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    if (numbers.empty()) {
+      H5Ldelete(capture, "/frames/frame_number", H5P_DEFAULT);
+    } else {
+      const hid_t set = H5Dopen2(capture, "/frames/frame_number", H5P_DEFAULT);
+      H5Dwrite(set, H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data());
+      H5Dclose(set);
+    }
+    H5Fclose(capture);
+  };
+  write_numbers({0, 1, 5, 6, 2, 3});
   const Outcome info = run("\"$TOFGRAPH\" info a.h5");
   expect_words(info.out, {"3 frames missing, by frame_number, in 2 places", "after frame 1: 3 lost",
                           "after frame 3: the counter went back"});
   EXPECT_EQ(nlohmann::json::parse(run("\"$TOFGRAPH\" info --json a.h5").out)["lost"], 3);
+  // Without gaps: numbers of the camera's counter, those from 0, and none.
+  const std::vector<std::uint64_t> counted = {7, 8, 9, 10, 11, 12}, from_zero = {0, 1, 2, 3, 4, 5};
+  const auto expect_no_gap = [&](const std::string& words, bool counter) {
+    expect_words(run("\"$TOFGRAPH\" info a.h5").out, {words});
+    const auto shown = nlohmann::json::parse(run("\"$TOFGRAPH\" info --json a.h5").out);
+    EXPECT_EQ(shown["counter"], counter) << words;
+    EXPECT_EQ(shown["lost"], 0) << words;
+    EXPECT_TRUE(shown["gaps"].empty()) << words;
+  };
+  write_numbers(counted);
+  expect_no_gap("\nno frame is missing\n", true);
+  write_numbers(from_zero);
+  expect_no_gap("no gap in the frame numbers; they begin at 0, perhaps counted by the program", false);
+  write_numbers({});
+  expect_no_gap("\nno frame numbers were recorded: lost frames are unknown\n", false);
   fs::rename(file("a.h5"), file("b.h5.part"));
   expect_words(run("\"$TOFGRAPH\" info b.h5.part").out,
                {"6 frames: still being recorded, or cut off", "tofgraph repair b.h5.part makes a capture"});

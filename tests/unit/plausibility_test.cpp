@@ -69,12 +69,25 @@ TEST(Length, BeyondTheRangeOfTheCameraIsDoubted) {
   std::vector<float> lengths(100, 2.0F);
   std::fill_n(lengths.begin(), 10, 9.0F);
   EXPECT_THAT(range_doubt("range", lengths, 4, 7.5),
-              AllOf(HasSubstr("10 % of the lengths of range are beyond 4 m, the measuring_range"),
-                    HasSubstr("up to 9 m"), HasSubstr("factor of 2.2 or more")));
+              AllOf(HasSubstr("10 % of the lengths of range are beyond 7.5 m, the unambiguous range of the camera"),
+                    HasSubstr("up to 9 m"), HasSubstr("factor of 1.2 or more")));
+  for (const double unambiguous : {7.5, 3.0, std::nan("")})
+    EXPECT_THAT(range_doubt("range", lengths, 3.5, unambiguous),
+                AllOf(HasSubstr("beyond 7 m, twice the measuring_range of the camera"), HasSubstr("factor of 1.3 or")));
   EXPECT_THAT(range_doubt("range", lengths, std::nan(""), 3), HasSubstr("beyond 6 m, twice its unambiguous range"));
   EXPECT_EQ(range_doubt("range", lengths, std::nan(""), 5), "") << "several frequencies";
   EXPECT_EQ(range_doubt("range", lengths, std::nan(""), std::nan("")), "");
   EXPECT_EQ(range_doubt("range", std::vector<float>(100, 2.0F), 4, 7.5), "");
+}
+
+/// The range of a data sheet is that of the stated accuracy; a wall beyond it is measured as well.
+TEST(Length, SlightlyBeyondADataSheetIsNotDoubted) {
+  std::vector<float> lengths(100, 2.0F);
+  std::fill_n(lengths.begin(), 30, 4.3F);
+  EXPECT_EQ(range_doubt("depth", lengths, 3.9, 7.5), "");
+  EXPECT_EQ(range_doubt("depth", lengths, 3.9, 4.2), "") << "an offset of 0.1 m";
+  EXPECT_EQ(range_doubt("depth", lengths, 2.2, std::nan("")), "");
+  EXPECT_EQ(range_doubt("depth", lengths, 3.9, 1.9), "") << "several frequencies";
 }
 
 std::vector<tofgraph_metadata> frames(const std::vector<std::int64_t>& stamps,

@@ -71,6 +71,8 @@ class CaptureReader {
   /// Metadata in SI (kelvin); `number` is not changed. device_number: the frame's index if it was not recorded.
   /// A time stamp of 0 means unknown.
   tofgraph_metadata metadata(std::size_t frame) const;
+  /// False if the recorder stored no frame numbers.
+  bool has_frame_numbers() const;
   /// TOFGRAPH_KNOWS_.. bits that are set for each of these frames.
   std::uint64_t known(std::size_t first, std::size_t last) const;
   /// Reads a frame of a channel, row-major, as channel.type. @throws std::runtime_error

@@ -341,6 +341,12 @@ tofgraph_metadata CaptureReader::metadata(std::size_t frame) const {
   return result;
 }
 
+bool CaptureReader::has_frame_numbers() const {
+  return std::ranges::any_of(impl_->metadata, [](const h5::MetadataArray& array) {
+    return array.kind->name == std::string_view("frame_number");
+  });
+}
+
 std::uint64_t CaptureReader::known(std::size_t first, std::size_t last) const {
   std::uint64_t bits = 0;
   for (const h5::MetadataArray& array : impl_->metadata) {
