@@ -53,6 +53,26 @@ TEST_F(Clutter, ABoardThatStandsElsewhereIsNamedAndNoEffect) {
   EXPECT_TRUE(searched(data_with(wiggling(), 24)).misplaced.empty());
 }
 
+TEST_F(Clutter, AnErrorWithinTheNoiseOfADarkBoardIsNoMisplacement) {
+  constexpr std::size_t dark = 7;
+  constexpr double noise = 5e-3;  // m, of the mean over the board
+  const std::size_t n = design->superpixels();
+  for (const double sizes : {4.0, 10.0}) {
+    std::vector<Observations> data = blank;
+    for (std::size_t s = distance * n; s < (distance + 1) * n; ++s) {
+      const double shift = design->shift(dark)[s];
+      data[dark].variance[s] = noise * noise * shift * shift * static_cast<double>(n);
+      data[dark].value[s] += sizes * noise * shift;
+    }
+    const Problem problem = make_problem(*design, data);
+    const BoardOffsets offsets =
+        board_offsets_of(problem, {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 3e-4}});
+    EXPECT_NEAR(offsets.error[dark], sizes * noise, 1e-9);
+    EXPECT_NEAR(offsets.noise[dark], noise, 1e-9);
+    EXPECT_EQ(misplaced(offsets).size(), sizes > settings.misplaced_sd ? 1U : 0U);
+  }
+}
+
 /// With light from inside the camera, a brighter board appears at another distance without having moved.
 TEST_F(Clutter, ABrighterBoardStandsWhereItStood) {
   const std::size_t brighter = conditions.size() - 1;

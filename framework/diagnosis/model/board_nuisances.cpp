@@ -40,7 +40,8 @@ template <class Direction, class Off> Along along(const Problem& problem, std::s
 
 BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
   const auto rows = with_nuisances(problem, state, expected(problem, state));
-  BoardOffsets offsets{std::vector<double>(rows.size(), 0), state.random_sd.jitter};
+  BoardOffsets offsets{std::vector<double>(rows.size(), 0), std::vector<double>(rows.size(), 0),
+                       state.random_sd.jitter};
   std::vector<double> magnitudes;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const auto light = [&](std::size_t row) { return state.light_response(problem, i, row); };
@@ -53,6 +54,7 @@ BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
         along(problem, i, distance, shift, [&](std::size_t row) { return off(row) - brighter * light(row); });
     if (!(place.square > 0)) continue;
     offsets.error[i] = place.product / place.square;
+    offsets.noise[i] = 1 / std::sqrt(place.square);
     magnitudes.push_back(std::abs(offsets.error[i]));
   }
   if (magnitudes.size() < settings.misplaced_min_conditions) return offsets;
@@ -62,8 +64,8 @@ BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
 
 std::vector<double> jitter_scale_of(const BoardOffsets& offsets) {
   std::vector<double> jitter_scale;
-  for (const double off : offsets.error) {
-    const double t = off / std::max(offsets.sd, 1e-6);
+  for (std::size_t i = 0; i < offsets.error.size(); ++i) {
+    const double t = offsets.error[i] / offsets.expected_sd(i);
     const double times = std::sqrt((settings.board_offset_freedom + t * t) / (settings.board_offset_freedom + 1));
     jitter_scale.push_back(times > settings.min_jitter_scale ? times : 1);
   }
@@ -73,7 +75,8 @@ std::vector<double> jitter_scale_of(const BoardOffsets& offsets) {
 std::vector<Misplaced> misplaced(const BoardOffsets& offsets) {
   std::vector<Misplaced> result;
   for (std::size_t i = 0; i < offsets.error.size(); ++i) {
-    if (std::abs(offsets.error[i]) > std::max(settings.misplaced_sd * offsets.sd, settings.misplaced_distance))
+    if (std::abs(offsets.error[i]) >
+        std::max(settings.misplaced_sd * offsets.expected_sd(i), settings.misplaced_distance))
       result.push_back({i, offsets.error[i]});
   }
   return result;

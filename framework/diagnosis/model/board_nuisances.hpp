@@ -6,6 +6,7 @@
 
 #include "diagnosis/model/fit.hpp"
 
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -15,7 +16,11 @@ namespace tofgraph::diagnosis {
 
 struct BoardOffsets {
   std::vector<double> error;  ///< m, board farther than stated; 0 if no distance is known
+  std::vector<double> noise;  ///< m, standard deviation of each error by the noise of its condition alone
   double sd = 0;              ///< m, robust, of most boards
+
+  /// Standard deviation expected of an error, m. Most boards include their noise in `sd`; a dark one can have more.
+  double expected_sd(std::size_t condition) const { return std::max({sd, noise[condition], 1e-6}); }
 };
 
 /// Distance error of each board, given a model and its shared nuisances. The influence of the light, which amplitudes
