@@ -40,7 +40,7 @@ constexpr double time_margin = 4, memory_margin = 2;
 constexpr double shard_seconds = 600;                    // target for one task of reduce
 constexpr double min_task_seconds = 600;                 // requested by every task
 constexpr double min_task_memory = 512.0 * (1U << 20U);  // bytes, requested by every task
-// Cost of one condition in diagnose, searched or only predicted, at least that of docs/large_campaigns.md.
+// Cost of one condition in diagnose, searched or only predicted, about that of docs/large_campaigns.md.
 constexpr double search_seconds = 0.3, search_bytes = 5.0 * (1U << 20U);
 constexpr double predict_seconds = 0.04, predict_bytes = 0.05 * (1U << 20U);
 

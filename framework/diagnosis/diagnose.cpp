@@ -130,18 +130,19 @@ class Run {
     progress(found_by, "computing values and intervals");
     compute_gaps();
     if (whole_ && !d_->search.time_expired) predict_rest();
+    const bool time_expired = d_->search.time_expired || limit_.at(1).has_passed();
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, problem, d_->search.after.state);
     if (d_->spread) note(notes_on_spread(*d_->spread));
-    if (!d_->search.time_expired)
+    if (!time_expired)
       d_->next = next_conditions(
           problem, open_questions(problem, d_->search.after.state, d_->search.found, d_->search.dropped, d_->audit));
     judge();
     const SearchOptions further = of_other_data(search_options);
-    if (const std::size_t halves = halves_to_search(); halves > 0 && !d_->search.time_expired)
+    if (const std::size_t halves = halves_to_search(); halves > 0 && !time_expired)
       search_again(halves, further);
-    if (options_.confidence > 0 && !d_->search.time_expired) inject(further);
+    if (options_.confidence > 0 && !time_expired) inject(further);
     return std::move(d_);
   }
 

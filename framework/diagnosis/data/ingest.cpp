@@ -20,7 +20,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <numeric>
 #include <set>
@@ -170,6 +169,11 @@ Measurements together(const io::Campaign& campaign, bool physical, std::vector<R
     result.decoded |= r.kind == FrameSums::Kind::decoded;
   }
   const auto boards = std::ranges::count_if(result.searched, [&](std::size_t i) { return !used[i].is_capped(); });
+  if (result.searched.size() < used.size() && boards < static_cast<std::ptrdiff_t>(settings.min_conditions))
+    throw std::invalid_argument(
+        fmt::format("the {} conditions to be searched show {} boards, and a search needs {} at least: a larger "
+                    "--max-conditions searches more",
+                    result.searched.size(), boards, settings.min_conditions));
   require_enough(static_cast<std::size_t>(boards), result.left_out);
   if (!noise.empty()) {
     const auto [least, most] = std::ranges::minmax(noise);
@@ -215,9 +219,10 @@ class Conditions {
 
  private:
   /// Calls a function that reads a condition; sets the reason why the condition is unusable, if it is.
-  void attempt(std::size_t i, const std::function<Read(const io::Condition&)>& function) {
+  void attempt(std::size_t i, const auto& function) {
     const io::Condition& condition = campaign_.conditions[i];
     why_[i] = problem_of(condition);
+    missing_[i] = 0;
     if (!why_[i].empty()) return;
     try {
       read_[i] = function(condition);
@@ -250,14 +255,15 @@ class Conditions {
         [](PixelPhases one, const PixelPhases& other) { return one += other; });
   }
 
-  /// Indices of all conditions, or of usable ones that represent a larger campaign. Of these, only the settings are
-  /// read first; those chosen are then read, and if some turn out unusable, others are chosen.
+  /// Indices of all conditions, or of usable ones that represent a larger campaign. Of a larger one, only the settings
+  /// are read first; those chosen are then read, and if some turn out unusable, others are chosen.
   std::vector<std::size_t> to_be_searched() {
     std::vector<std::size_t> usable(read_.size());
     std::iota(usable.begin(), usable.end(), std::size_t{0});
     if (usable.size() <= options_.max_conditions) return usable;
     tbb::parallel_for(std::size_t{0}, read_.size(), [&](std::size_t i) {
       attempt(i, [&](const io::Condition& condition) { return reader_.settings(condition); });
+      if (options_.progress) options_.progress(0);
     });
     while (true) {
       std::erase_if(usable, [&](std::size_t i) { return !why_[i].empty(); });

@@ -12,11 +12,13 @@
 
 #include <zlib.h>
 
+#include <array>
 #include <bit>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <vector>
 
 namespace tofgraph::io {
 namespace {
