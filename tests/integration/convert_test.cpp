@@ -491,6 +491,23 @@ TEST_F(Convert, InspectionWithALayoutShowsTheNumbersBelowStatusBits) {
                 "code, --invalid 3000,4095"));
 }
 
+/// The advice names a value that is stored and not stated yet.
+TEST_F(Convert, TheExampleOfARefusedLengthIsOneOfTheFile) {
+  const auto advice = [&](const std::string& type, const std::string& word, const std::string& keys) {
+    std::string dump;
+    for (std::size_t i = 0; i < small_pixels; ++i)
+      dump += i == 9 ? word : std::string("\xdc\x05\0\0", 4).substr(0, word.size());  // 1500
+    write_text(path("dump.bin"), dump);
+    write_text(path("layout.yaml"), "layout: 1\ncamera: ./tiny.yaml\narrays:\n  z: {type: " + type +
+                                        ", shape: [6, 8]}\nchannels:\n  depth: {array: z, axes: row column, unit: mm" +
+                                        keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force").err;
+  };
+  EXPECT_THAT(advice("int16", "\xec\xff", ", invalid: -1"), HasSubstr("state it, e.g. --invalid -20,-1 ("));
+  EXPECT_THAT(advice("uint32", "\xf0\xff\xff\xff", ""), HasSubstr("state it, e.g. --invalid 4294967280 ("));
+  EXPECT_THAT(advice("uint32", "\xf0\xff\xff\xff", ", invalid: 4294967280"), Not(HasSubstr("taken as invalid")));
+}
+
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {
   if (!python("np.save('six.npy', np.full((6, 6, 8), 1500, dtype='u2'))\n"
               "np.save('one.npy', np.full((6, 8), 1500, dtype='u2'))\n"
