@@ -53,9 +53,10 @@ void print_array(const ForeignFile& file, std::size_t index, const Layout* layou
   fmt::print("  {:<20} {:<8} {:<18}", array.name.empty() ? "(one array)" : array.name, element_text(array),
              shape_text(array));
   if (array.elements() == 0) return fmt::print(" empty\n");
+  const ChannelLayout channel = layout != nullptr ? channel_of(*layout, file, index) : ChannelLayout();
   ValueRange range;
   try {
-    range = range_of(file, index, layout != nullptr ? channel_of(*layout, file, index) : ChannelLayout());
+    range = range_of(file, index, channel);
   } catch (const ForeignError& error) {  // others can be read
     return fmt::print(" {}\n", error.what());
   }
@@ -65,8 +66,12 @@ void print_array(const ForeignFile& file, std::size_t index, const Layout* layou
   fmt::print("{}, {} zeros", range.found ? "" : ", nothing above 0", percent(range.zeros));
   if (range.negative > 0) fmt::print(", {} negative", percent(range.negative));
   if (range.no_numbers > 0) fmt::print(", {} NaN or infinite", percent(range.no_numbers));
-  for (const io::SuspectedCode& code : range.codes)
-    fmt::print(", {} times {}: probably a code, --invalid {}", code.count, code.value, code.value);
+  std::vector<double> codes = channel.invalid;  // the option replaces the stated ones
+  for (const io::SuspectedCode& code : range.codes) {
+    fmt::print(", {} times {}: probably a code", code.count, code.value);
+    codes.push_back(code.value);
+  }
+  if (!range.codes.empty()) fmt::print(", --invalid {}", fmt::join(codes, ","));
   if (layout != nullptr && range.bits != 0) fmt::print(", bits set {:#x}", range.bits);
   if (!array.unit.empty()) fmt::print(", in {}", array.unit);
   if (!array.text.empty()) fmt::print("  ({})", array.text);

@@ -39,11 +39,11 @@ std::vector<std::string> ForeignFrames::doubts(std::size_t channel) const {
   const std::uint64_t pixels = std::uint64_t{camera().width} * camera().height;
   std::vector<double> codes = layout.invalid;
   if (seen.refused.count > 0) {
-    const bool zero = seen.refused.zero == seen.refused.count;
-    codes.insert(codes.begin(), zero ? 0 : -1);  // beside the stated ones, which the option replaces
+    const std::optional<double>& example = seen.refused.example;
+    if (example) codes.insert(codes.begin(), *example);  // beside the stated ones, which the option replaces
     doubts.push_back(seen.refused.sentence(name, seen.frames * pixels, config::counted(seen.frames, "frame")) +
-                     "; if they mean invalid pixels, state it, e.g. " + invalid_setting(codes));
-    if (!zero) codes.erase(codes.begin());  // an example
+                     (example ? "; if they mean invalid pixels, state it, e.g. " + invalid_setting(codes) : ""));
+    if (example && seen.refused.zero != seen.refused.count) codes.erase(codes.begin());  // one of several
   }
   for (const auto& [value, count] : seen.codes) codes.push_back(value);
   for (const auto& [value, count] : seen.codes)

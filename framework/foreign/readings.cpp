@@ -124,13 +124,16 @@ double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, co
   return static_cast<double>(static_cast<std::int64_t>((bits ^ sign) - sign));
 }
 
-std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
-                                                  const ChannelLayout& layout) {
+namespace {
+
+/// Values of a channel without its codes for "no measurement".
+std::vector<double> measurements_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                    const ChannelLayout& layout) {
   const auto is_stated = [&](double v) { return std::ranges::binary_search(layout.invalid, v); };
   if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
-    std::vector<double> values = numbers_of(array, bytes);
+    std::vector<double> values = foreign::numbers_of(array, bytes);
     std::erase_if(values, is_stated);
-    return io::suspected_codes(std::move(values), std::numeric_limits<double>::infinity());
+    return values;
   }
   std::vector<double> values;
   const ChannelLayout stored{.signed_bits = layout.signed_bits};
@@ -138,6 +141,16 @@ std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const 
     const double value = number_in(word, array.kind, array.bytes, layout);
     if (!is_stated(value) && !is_stated(number_in(word, array.kind, array.bytes, stored))) values.push_back(value);
   }
+  return values;
+}
+
+}  // namespace
+
+std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                                  const ChannelLayout& layout) {
+  std::vector<double> values = measurements_of(array, bytes, layout);
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    return io::suspected_codes(std::move(values), std::numeric_limits<double>::infinity());
   const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
   const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * array.bytes;
   const std::uint64_t largest = ~std::uint64_t{0} >> (64 - width + (is_signed ? 1 : 0));
@@ -155,6 +168,12 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
   std::vector<double> values = numbers_of(array, bytes);
+  if (array.kind != TOFGRAPH_ELEMENT_FLOAT) {
+    const std::vector<std::uint64_t> words = words_of(array, bytes);
+    for (const std::uint64_t word : words) range.bits |= word;
+    std::ranges::transform(words, values.begin(),
+                           [&](std::uint64_t word) { return number_in(word, array.kind, array.bytes, layout); });
+  }
   const double share = 1 / static_cast<double>(values.size());
   range.minimum = std::numeric_limits<double>::infinity(), range.maximum = -range.minimum;
   for (const double value : values) {
@@ -165,11 +184,10 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
     range.minimum = std::min(range.minimum, value);
     range.maximum = std::max(range.maximum, value);
   }
-  if (array.kind != TOFGRAPH_ELEMENT_FLOAT)
-    for (const std::uint64_t word : words_of(array, bytes)) range.bits |= word;
   range.codes = suspected_codes_of(array, bytes, layout);
+  values = measurements_of(array, bytes, layout);
   std::erase_if(values, [&](double v) {
-    return !(v > 0 && std::isfinite(v)) || std::ranges::binary_search(layout.invalid, v) ||
+    return !(v > 0 && std::isfinite(v)) ||
            std::ranges::find(range.codes, v, &io::SuspectedCode::value) != range.codes.end();
   });
   std::ranges::sort(values);

@@ -30,7 +30,7 @@ struct ValueRange {
   std::uint64_t bits = 0;  ///< of integers, set in any element
 };
 /// Range of the first element along the slowest axis, or of a complete array of up to two axes.
-/// @param layout of the channel that is read from the array; its codes and unused bits are no suspected codes
+/// @param layout of the channel that is read from the array; its codes are not suspected, its unused bits are ignored
 ValueRange range_of(const ForeignFile& file, std::size_t array, const ChannelLayout& layout = {});
 /// Converts the elements of an array to double.
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes);

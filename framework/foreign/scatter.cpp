@@ -75,7 +75,7 @@ template <class T, class U> class Scatter {
       for (std::uint64_t i = 0; i < n; ++i) invalid |= is_no_measurement(out[i]);
       for (std::uint64_t i = 0; i < n && invalid != 0; ++i) {
         if (is_no_measurement(out[i]) == 0) continue;
-        count_refused(static_cast<float>(out[i]));
+        count_refused(static_cast<float>(out[i]), static_cast<double>(element<T>(in, i)));
         out[i] = nothing();
         if (flags_ != nullptr) flags_[(to + begin + i) / c_.per_pixel % c_.pixels] |= flag::invalid;
       }
@@ -103,8 +103,8 @@ template <class T, class U> class Scatter {
     }
     return static_cast<double>(value);
   }
-  void count_refused(float length) const {
-    if (c_.is_length && c_.refused != nullptr) c_.refused->add(length);
+  void count_refused(float length, double stored) const {
+    if (c_.is_length && c_.refused != nullptr) c_.refused->add(length, stored);
   }
   std::uint16_t flags_of(T value) const {
     const double code = c_.signed_bits != 0 ? number_of(value) : static_cast<double>(value);
@@ -129,7 +129,7 @@ template <class T, class U> class Scatter {
     const auto si = static_cast<float>((number_of(value) - c_.zero) * c_.scale);
     bool valid = !c_.is_length || is_valid_length(si);
     if constexpr (std::is_floating_point_v<T>) valid = valid && std::isfinite(value);
-    if (!valid) count_refused(si);
+    if (!valid) count_refused(si, number_of(value));
     return valid;
   }
   U converted(double value) const {
@@ -209,9 +209,11 @@ void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixe
   for (std::uint64_t i = 0; i < pixels; ++i) {
     const std::span<const float> point(points + 3 * i, 3);
     if (rule.is_valid(point.data())) continue;
-    if (std::ranges::none_of(point, [](float v) { return std::isnan(v); }))
-      refused.add(std::ranges::all_of(point, [](float v) { return v == 0; }) ? 0
-                                                                             : std::numeric_limits<float>::infinity());
+    if (std::ranges::none_of(point, [](float v) { return std::isnan(v); })) {
+      const bool origin = std::ranges::all_of(point, [](float v) { return v == 0; });
+      const float length = origin ? 0 : std::numeric_limits<float>::infinity();
+      refused.add(length, static_cast<double>(length));
+    }
     std::fill_n(points + 3 * i, 3, std::numeric_limits<float>::quiet_NaN());
     if (flags != nullptr) flags[i] |= flag::invalid;
   }

@@ -52,23 +52,22 @@ const ForeignFrames::Cloud& ForeignFrames::cloud(std::uint64_t frame) {
 
 void ForeignFrames::read_scattered(std::uint64_t frame, std::size_t channel, void* out, std::uint16_t* flags) {
   const Cloud& all = cloud(frame);
-  const std::size_t pixels = std::size_t{camera().width} * camera().height,
-                    per_point = sources_[channel].elements / all.pixels.size();
+  const std::size_t pixels = std::size_t{camera().width} * camera().height;
   auto* image = static_cast<float*>(out);
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
   std::vector<std::uint16_t> of_points(all.pixels.size());
   if (channels_[channel].name == "points") {
     of_points = all.flags;
-    place(all.pixels, all.points, per_point, none, image, pixels);
+    place(all.pixels, all.points, 3, none, image, pixels);
     mark_invalid_points(image, flags, pixels, values_[channel].refused);
   } else if (channels_[channel].type == TOFGRAPH_TYPE_U16) {
     std::vector<std::uint16_t> values(sources_[channel].elements);
     convert(frame, channel, values.data(), of_points.data());
-    place(all.pixels, values, per_point, std::uint16_t{0}, static_cast<std::uint16_t*>(out), pixels);
+    place(all.pixels, values, 1, std::uint16_t{0}, static_cast<std::uint16_t*>(out), pixels);
   } else {
     std::vector<float> values(sources_[channel].elements);
     convert(frame, channel, values.data(), of_points.data());
-    place(all.pixels, values, per_point, none, image, pixels);
+    place(all.pixels, values, 1, none, image, pixels);
   }
   for (std::size_t p = 0; p < of_points.size() && flags != nullptr; ++p)
     if (all.pixels[p] != no_pixel) flags[all.pixels[p]] |= of_points[p];
@@ -87,7 +86,10 @@ void ForeignFrames::check_scattered() const {
                       "points,{}={}",
                       where, source.like.name, source.layout.channel, source.like.name));
     const Source& of = sources_[static_cast<std::size_t>(points - channels_.begin())];
-    if (source.elements != of.elements && 3 * source.elements != of.elements)
+    const std::string& channel = source.layout.channel;
+    if (channel == "phases" || channel == "taps")
+      throw ForeignError(fmt::format("{}: '{}' are images: unordered points have none", where, channel));
+    if (channel != "points" && 3 * source.elements != of.elements)
       throw ForeignError(fmt::format("{}: '{}' has {} values, but there are {} points", where, source.like.name,
                                      source.elements, of.elements / 3));
   }

@@ -13,6 +13,7 @@ constexpr std::size_t min_count = 10;     ///< equal elements
 constexpr double isolation = 1e-3;        ///< relative distance from other values
 constexpr double min_steps = 1.5;         ///< distance from other values relative to the usual one
 constexpr double far_above = 1.5;         ///< relative to the limit of 98 % of the values except isolated repeated ones
+constexpr double far_above_many = 10;     ///< the same of more than 2 % of all values: a wall may be behind a board
 constexpr double min_power_of_two = 256;  ///< smaller codes 2^n - 1 are indistinguishable from measurements
 
 bool is_full_word(double value) {
@@ -64,7 +65,8 @@ std::vector<SuspectedCode> suspected_codes(std::vector<double> values, double la
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double value = runs[i].value;
     const bool full = std::isfinite(largest) && is_full_word(value);
-    if (value == largest || (repeated[i] && (full || value > far_above * high))) codes.push_back(runs[i]);
+    const double factor = 50 * runs[i].count > values.size() ? far_above_many : far_above;
+    if (value == largest || (repeated[i] && (full || value > factor * high))) codes.push_back(runs[i]);
   }
   return codes;
 }

@@ -36,7 +36,8 @@ std::string length_doubt(const std::string& channel, std::vector<float> lengths,
 
 /// Doubts about lengths if 5 % of the positive ones are beyond twice the measuring range of the data sheet, or beyond
 /// the unambiguous range if it is between the measuring range and this; where the data sheet is unknown, beyond twice
-/// the unambiguous range: recordings with several frequencies exceed it. @param measuring_range m, NaN: unknown
+/// the unambiguous range: recordings with several frequencies exceed it. The largest 1 % must also reach 1.1 times this
+/// limit, which an offset may exceed slightly. @param measuring_range m, NaN: unknown
 /// @param unambiguous_range m, NaN: unknown
 std::string range_doubt(const std::string& channel, std::vector<float> lengths, double measuring_range,
                         double unambiguous_range);

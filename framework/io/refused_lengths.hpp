@@ -9,6 +9,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <optional>
 #include <string>
 
 namespace tofgraph::io {
@@ -16,10 +18,12 @@ namespace tofgraph::io {
 /// Numbers of a channel that are not valid lengths. NaN is not counted: it marks an unmeasured pixel.
 struct RefusedLengths {
   std::size_t count = 0, zero = 0, negative = 0;
+  std::optional<double> example;  ///< the first finite one, as it is stored
 
-  /// @param value number that is not a valid length, m
-  void add(float value) {
+  /// @param value number that is not a valid length, m @param stored the same without unit and offset, NaN: unknown
+  void add(float value, double stored = std::numeric_limits<double>::quiet_NaN()) {
     if (std::isnan(value)) return;
+    if (!example && std::isfinite(stored)) example = stored;
     ++count;
     zero += value == 0 ? 1 : 0;
     negative += value < 0 ? 1 : 0;

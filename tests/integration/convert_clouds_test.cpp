@@ -13,6 +13,7 @@
 #include <pcl/point_types.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -170,6 +171,27 @@ TEST_F(ConvertClouds, StatusBitsAndCodesOfPointsInNoOrderAreThoseOfTheirPixels) 
       EXPECT_TRUE(std::isnan(amplitude[i])) << i;
     else
       EXPECT_EQ(amplitude[i], static_cast<float>(100 + i)) << i;
+  }
+}
+
+/// Three values per point instead of one would not fit into the image; raw images have several per point.
+TEST_F(ConvertClouds, PointsInNoOrderHaveOneValueEach) {
+  write_text(path("three.yaml"),
+             std::string(small_profile) + "exposures: [{phase: 0 deg}, {phase: 120 deg}, {phase: 240 deg}]\n");
+  write_text(path("cloud.bin"), std::string(60 * 3 * 4 + 180 * 2, 'x'));
+  const std::vector<std::array<std::string, 3>> cases = {
+      {"[180]", "amplitude: {array: words, axes: point}", "'words' has 180 values, but there are 60 points"},
+      {"[3, 60]", "phases: {array: words, axes: exposure point}", "'phases' are images: unordered points have none"},
+      {"[3, 20]", "phases: {array: words, axes: exposure point}", "'phases' are images: unordered points have none"}};
+  for (const auto& [shape, channel, expected] : cases) {
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./three.yaml\narrays:\n  xyz: {type: float32, shape: [60, 3]}\n  words: {type: "
+               "int16, shape: " +
+                   shape + "}\nchannels:\n  points: {array: xyz, axes: point coordinate, unit: m}\n  " + channel +
+                   "\n");
+    const Outcome outcome = tofgraph("convert cloud.bin -o out.h5 --layout layout.yaml --force");
+    EXPECT_EQ(outcome.exit_code, 2) << shape << channel;
+    EXPECT_THAT(outcome.err, HasSubstr(expected)) << shape << channel;
   }
 }
 

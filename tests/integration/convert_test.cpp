@@ -443,7 +443,8 @@ TEST_F(Convert, ValuesThatAreProbablyCodesAreReportedOnce) {
   cv::imwrite(path("d_1.png").string(), image);
   const std::string shown = tofgraph("convert --inspect d_1.png").out;
   EXPECT_THAT(shown,
-              HasSubstr(" 0 to 65535, 2.1 % zeros, 12 times 4095: probably a code, --invalid 4095, 1 times 65535"));
+              HasSubstr(" 0 to 65535, 2.1 % zeros, 12 times 4095: probably a code, 1 times 65535: probably a code, "
+                        "--invalid 4095,65535"));
   EXPECT_THAT(shown, HasSubstr("If the array is a length, its values are\n  unit: m    1512 m to 1545 m"));
   write_text(path("words.bin"), std::string("\x10\x0f\x01\x82\x20\x00\x11\x00", 8));
   write_text(path("words.yaml"),
@@ -470,6 +471,41 @@ TEST_F(Convert, InspectionWithALayoutHeedsItsCodesAndBits) {
                                HasSubstr("bits set 0xffff  (layout)")));
   EXPECT_THAT(shown(", invalid: 4095"), Not(HasSubstr("probably a code")));
   EXPECT_THAT(shown(", mask: 0x07ff"), HasSubstr("12 times 2047: probably a code, --invalid 2047"));
+}
+
+/// The range is that of the values below a status bit; the option replaces the stated codes, so it repeats them.
+TEST_F(Convert, InspectionWithALayoutShowsTheNumbersBelowStatusBits) {
+  std::string dump;
+  for (unsigned i = 0; i < 1200; ++i) {
+    const unsigned word = (i < 100 ? 4095 : i < 200 ? 3000 : 1500 + i % 50) | (i % 7 == 0 ? 0x8000 : 0);
+    dump += static_cast<char>(word & 0xffU);
+    dump += static_cast<char>(word >> 8U);
+  }
+  write_text(path("dump.bin"), dump);
+  write_text(path("layout.yaml"),
+             "layout: 1\narrays:\n  raw: {type: uint16, shape: [30, 40]}\nchannels:\n  phases: {array: raw, axes: row "
+             "column, saturated: 0x8000, invalid: 3000}\n");
+  EXPECT_THAT(
+      tofgraph("convert --inspect dump.bin --layout layout.yaml").out,
+      HasSubstr(" 1500 to 4095, 98 % of the positive within 1500 to 1549, 0 % zeros, 100 times 4095: probably a "
+                "code, --invalid 3000,4095"));
+}
+
+/// The advice names a value that is stored and not stated yet.
+TEST_F(Convert, TheExampleOfARefusedLengthIsOneOfTheFile) {
+  const auto advice = [&](const std::string& type, const std::string& word, const std::string& keys) {
+    std::string dump;
+    for (std::size_t i = 0; i < small_pixels; ++i)
+      dump += i == 9 ? word : std::string("\xdc\x05\0\0", 4).substr(0, word.size());  // 1500
+    write_text(path("dump.bin"), dump);
+    write_text(path("layout.yaml"), "layout: 1\ncamera: ./tiny.yaml\narrays:\n  z: {type: " + type +
+                                        ", shape: [6, 8]}\nchannels:\n  depth: {array: z, axes: row column, unit: mm" +
+                                        keys + "}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force").err;
+  };
+  EXPECT_THAT(advice("int16", "\xec\xff", ", invalid: -1"), HasSubstr("state it, e.g. --invalid -20,-1 ("));
+  EXPECT_THAT(advice("uint32", "\xf0\xff\xff\xff", ""), HasSubstr("state it, e.g. --invalid 4294967280 ("));
+  EXPECT_THAT(advice("uint32", "\xf0\xff\xff\xff", ", invalid: 4294967280"), Not(HasSubstr("taken as invalid")));
 }
 
 TEST_F(Convert, WhatIsAmbiguousIsListedAndNotGuessed) {

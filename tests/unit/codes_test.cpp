@@ -44,6 +44,7 @@ TEST(Codes, OfCoarseStepsAreNone) {
   std::vector<double> centimetres = steps(1, 1.4, 0.01, 200);
   EXPECT_THAT(suspected_codes(steps(3, 3.2, 0.01, 12, centimetres), real), IsEmpty()) << "a wall behind a board";
   EXPECT_THAT(suspected_codes(with(centimetres, 60, 100), real), ElementsAre(IsCode(60, 100)));
+  EXPECT_THAT(suspected_codes(with(steps(1, 1.2, 0.01, 200), 3, 5000), real), IsEmpty()) << "a plain wall behind it";
 }
 
 TEST(Codes, FarAboveTheOtherValuesAreFoundInAnyNumber) {
