@@ -140,8 +140,7 @@ class Run {
           problem, open_questions(problem, d_->search.after.state, d_->search.found, d_->search.dropped, d_->audit));
     judge();
     const SearchOptions further = of_other_data(search_options);
-    if (const std::size_t halves = halves_to_search(); halves > 0 && !time_expired)
-      search_again(halves, further);
+    if (const std::size_t halves = halves_to_search(); halves > 0 && !time_expired) search_again(halves, further);
     if (options_.confidence > 0 && !time_expired) inject(further);
     return std::move(d_);
   }
