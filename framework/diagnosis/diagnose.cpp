@@ -131,6 +131,8 @@ class Run {
     compute_gaps();
     if (whole_ && !d_->search.time_expired) predict_rest();
     const bool time_expired = d_->search.time_expired || limit_.at(1).has_passed();
+    if (time_expired && !d_->search.time_expired)
+      note({"The time limit passed after the search: nothing was searched again, and no next condition is advised."});
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
     describe();
     d_->spread = pixel_spread(campaign, d_->model.physical, problem, d_->search.after.state);
