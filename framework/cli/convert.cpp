@@ -75,8 +75,7 @@ int run_reading(const ReadingArguments& arguments, const std::string& out, const
   if (arguments.modulation_frequency.find(',') != std::string::npos)
     throw config::ConfigurationError(fmt::format(
         "--modulation-frequency: error: '{}': one frequency is stated\n  lengths decoded from several frequencies: "
-        "their "
-        "greatest common divisor, e.g. '20 MHz' of 20 MHz and 100 MHz, or leave it out\n  raw images of several "
+        "their greatest common divisor, e.g. '20 MHz' of 20 MHz and 100 MHz, or leave it out\n  raw images of several "
         "frequencies: exposures in the profile, e.g. [{{phase: 0 deg, frequency: 20 MHz}}, ..]",
         arguments.modulation_frequency));
   try {

@@ -167,12 +167,14 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
-  std::vector<double> values = numbers_of(array, bytes);
-  if (array.kind != TOFGRAPH_ELEMENT_FLOAT) {
-    const std::vector<std::uint64_t> words = words_of(array, bytes);
-    for (const std::uint64_t word : words) range.bits |= word;
-    std::ranges::transform(words, values.begin(),
-                           [&](std::uint64_t word) { return number_in(word, array.kind, array.bytes, layout); });
+  std::vector<double> values;
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
+    values = numbers_of(array, bytes);
+  } else {
+    for (const std::uint64_t word : words_of(array, bytes)) {
+      range.bits |= word;
+      values.push_back(number_in(word, array.kind, array.bytes, layout));
+    }
   }
   const double share = 1 / static_cast<double>(values.size());
   range.minimum = std::numeric_limits<double>::infinity(), range.maximum = -range.minimum;
