@@ -121,6 +121,46 @@ np.moveaxis(a % 250 + 1, 2, 0).astype("<f4").tofile("expected.bin")
   }
 }
 
+TEST_F(Convert, MatlabsArraysOfFourAxesAreReadBitForBit) {
+  if (!python(R"(
+import scipy.io
+x = np.random.default_rng(7).integers(-3000, 3000, (6, 8, 4, 5)).astype("i2")
+scipy.io.savemat("plain.mat", {"x": x})
+scipy.io.savemat("packed.mat", {"x": x}, do_compression=True)
+np.transpose(x, (3, 2, 0, 1)).astype("<i2").tofile("expected.bin")
+)"))
+    GTEST_SKIP() << "SciPy is not installed";
+  for (const std::string name : {"plain.mat", "packed.mat"}) {
+    const Outcome outcome = convert(name + " --as phases=x --axes 'row column exposure frame'");
+    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
+    EXPECT_EQ(frames<std::int16_t>("phases"), stored<std::int16_t>("expected.bin")) << name;
+  }
+}
+
+TEST_F(Convert, FieldsOfMatlabsStructuresAreNamedWithDots) {
+  if (!python(R"(
+import scipy.io
+x = np.random.default_rng(6).integers(1, 4000, (6, 8, 5)).astype("u2")
+other = {"time": 3.5, "rows": [{"a": 1}, {"a": 2}], "empty": np.zeros((0, 3)), "name": "board"}
+for name, compressed in [("plain", False), ("packed", True)]:
+    content = {"S": {"first": other, "camera": {"amplitude": x, "range": x / 1000.0}, "last": 7}, "t": np.arange(3.0)}
+    scipy.io.savemat(name + ".mat", content, do_compression=compressed)
+scipy.io.savemat("words.mat", {"S": {"name": "board"}, "T": "text"})
+np.moveaxis(x, 2, 0).astype("<f4").tofile("expected.bin")
+)"))
+    GTEST_SKIP() << "SciPy is not installed";
+  for (const std::string name : {"plain.mat", "packed.mat"}) {
+    EXPECT_THAT(tofgraph("convert --inspect " + name).out,
+                AllOf(HasSubstr("S.camera.range"), HasSubstr("S.first.time"), Not(HasSubstr("rows"))));
+    const Outcome outcome = convert(name + " --as amplitude=S.camera.amplitude,range=S.camera.range --unit m");
+    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
+    EXPECT_EQ(frames<float>("amplitude"), stored<float>("expected.bin")) << name;
+    EXPECT_EQ(frames<float>("range")[17], static_cast<float>(stored<float>("expected.bin")[17] / 1000.0)) << name;
+  }
+  EXPECT_THAT(convert("words.mat --as amplitude").err,
+              HasSubstr("no variable that is an array of real numbers; it has: S, T"));
+}
+
 TEST_F(Convert, ASeriesOfPicturesIsInTheOrderOfItsNumbersAndItsGapsAreLostFrames) {
   for (const int number : {2, 9, 10, 11, 13}) {
     cv::Mat picture(6, 8, CV_16U, cv::Scalar(1000 + number));

@@ -32,6 +32,9 @@ np.savez_compressed("b.npz", depth=a.astype("u2"))
 import scipy.io
 scipy.io.savemat("a.mat", {"depth": a.astype("f4"), "t": np.arange(2.0)})
 scipy.io.savemat("b.mat", {"depth": a.astype("u2")}, do_compression=True)
+for name, compressed in [("c.mat", False), ("d.mat", True)]:
+    scipy.io.savemat(name, {"S": {"t": 2.0, "camera": {"depth": a.astype("u2"), "empty": np.zeros((0, 2))}}},
+                     do_compression=compressed)
 )";
 constexpr const char* rosbag_seeds = R"(
 import numpy as np, rosbag, struct
@@ -91,6 +94,7 @@ class DamagedRecordings : public testing::TestWithParam<std::string> {
     if (run.exit_code != 0 && format != "csv") return {};
     if (format == "bag") return {"a.bag", "b.bag", "c.bag"};
     if (format == "csv") return {"a.csv"};
+    if (format == "mat") return {"a.mat", "b.mat", "c.mat", "d.mat"};
     return {"a." + format, "b." + format};
   }
 
