@@ -24,6 +24,7 @@ constexpr double min_gain = 25;           ///< decrease of chi-square relative t
 constexpr double min_explained = 0.5;     ///< explained share of the mean square deviation
 constexpr double min_deviation = 0.0006;  ///< relative to the length: walls are seldom flatter
 constexpr double max_unevenness = 0.01;   ///< RMS of a plane under the best assumption, relative
+constexpr double uneven = 4;              ///< the same, relative to that of the largest plane
 constexpr std::size_t max_listed = 3;     ///< assumptions of different kinds that are listed
 
 double median_length(const Observation& o) {
@@ -122,14 +123,19 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
 }
 
-/// Keeps the surfaces that are flat under some assumption, e.g. no spheres. @returns true if any was removed
+/// Keeps the surfaces that are flat under some assumption, and about as flat as the largest one: a small part of a
+/// sphere is nearly flat, too. @returns true if any was removed
 bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
   std::vector<double> least = stated.surface_rms;
   for (const Candidate& c : candidates) {
     for (std::size_t s = 0; s < least.size(); ++s) least[s] = std::min(least[s], c.flatness.surface_rms[s]);
   }
+  std::vector<std::size_t> blocks(least.size());
+  for (const Block& block : test.surfaces().blocks) ++blocks[block.surface];
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(blocks) - blocks.begin());
+  const double limit = std::clamp(uneven * least[largest], min_deviation, max_unevenness);
   std::vector<bool> keep;
-  for (const double rms : least) keep.push_back(rms < max_unevenness);
+  for (const double rms : least) keep.push_back(rms < limit);
   const bool all = std::ranges::all_of(keep, [](bool kept) { return kept; });
   if (!all) test.keep(keep);
   return !all;
