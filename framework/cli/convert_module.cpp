@@ -67,7 +67,7 @@ void print_array(const ForeignFile& file, std::size_t index, const Layout* layou
   if (range.negative > 0) fmt::print(", {} negative", percent(range.negative));
   if (range.no_numbers > 0) fmt::print(", {} NaN or infinite", percent(range.no_numbers));
   std::vector<double> codes = channel.invalid;  // the option replaces the stated ones
-  for (const io::SuspectedCode& code : range.codes) {
+  for (const io::CountedValue& code : range.codes) {
     fmt::print(", {} times {}: probably a code", code.count, code.value);
     codes.push_back(code.value);
   }

@@ -47,11 +47,30 @@ template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vect
   }
 }
 
-/// Bits of each element of an array of integers.
-std::vector<std::uint64_t> words_of(const FileArray& array, const std::vector<std::uint8_t>& bytes) {
-  std::vector<std::uint64_t> words(bytes.size() / array.bytes);
-  for (std::size_t i = 0; i < words.size(); ++i) std::memcpy(&words[i], &bytes[i * array.bytes], array.bytes);
-  return words;
+/// Number of occurrences of each word of a type; a table for more than two bytes would be larger than any image.
+template <class T> std::vector<std::uint32_t> counts_of(const std::vector<std::uint8_t>& bytes) {
+  std::vector<std::uint32_t> counts(std::size_t{std::numeric_limits<T>::max()} + 1);
+  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) {
+    T word;
+    std::memcpy(&word, &bytes[i], sizeof word);
+    ++counts[word];
+  }
+  return counts;
+}
+
+/// Calls visit(bits of an element, number of elements with these bits) for an array of integers.
+template <class Visit> void each_word(const FileArray& array, const std::vector<std::uint8_t>& bytes, Visit&& visit) {
+  if (array.bytes <= 2) {
+    const auto counts = array.bytes == 1 ? counts_of<std::uint8_t>(bytes) : counts_of<std::uint16_t>(bytes);
+    for (std::size_t word = 0; word < counts.size(); ++word)
+      if (counts[word] != 0) visit(word, std::size_t{counts[word]});
+    return;
+  }
+  for (std::size_t i = 0; i + array.bytes <= bytes.size(); i += array.bytes) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, &bytes[i], array.bytes);
+    visit(word, std::size_t{1});
+  }
 }
 
 /// Smallest and largest value that an array can hold. @param signed_bits as in ChannelLayout
@@ -127,28 +146,29 @@ double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, co
 namespace {
 
 /// Values of a channel without its codes for "no measurement".
-std::vector<double> measurements_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
-                                    const ChannelLayout& layout) {
+std::vector<io::CountedValue> measurements_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                              const ChannelLayout& layout) {
   const auto is_stated = [&](double v) { return std::ranges::binary_search(layout.invalid, v); };
+  std::vector<io::CountedValue> values;
   if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
-    std::vector<double> values = foreign::numbers_of(array, bytes);
-    std::erase_if(values, is_stated);
+    for (const double value : foreign::numbers_of(array, bytes))
+      if (!is_stated(value)) values.push_back({value, 1});
     return values;
   }
-  std::vector<double> values;
   const ChannelLayout stored{.signed_bits = layout.signed_bits};
-  for (const std::uint64_t word : words_of(array, bytes)) {
+  each_word(array, bytes, [&](std::uint64_t word, std::size_t count) {
     const double value = number_in(word, array.kind, array.bytes, layout);
-    if (!is_stated(value) && !is_stated(number_in(word, array.kind, array.bytes, stored))) values.push_back(value);
-  }
+    if (!is_stated(value) && !is_stated(number_in(word, array.kind, array.bytes, stored)))
+      values.push_back({value, count});
+  });
   return values;
 }
 
 }  // namespace
 
-std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
-                                                  const ChannelLayout& layout) {
-  std::vector<double> values = measurements_of(array, bytes, layout);
+std::vector<io::CountedValue> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+                                                 const ChannelLayout& layout) {
+  std::vector<io::CountedValue> values = measurements_of(array, bytes, layout);
   if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
     return io::suspected_codes(std::move(values), std::numeric_limits<double>::infinity());
   const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
@@ -167,18 +187,18 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
   if (array.elements() / array.extent[0] * count * array.bytes > max_bytes) return range;
   std::vector<std::uint8_t> bytes(array.elements() / array.extent[0] * count * array.bytes);
   file.read(index, 0, count, bytes.data());
-  std::vector<double> values;
-  if (array.kind == TOFGRAPH_ELEMENT_FLOAT) {
-    values = numbers_of(array, bytes);
-  } else {
-    for (const std::uint64_t word : words_of(array, bytes)) {
+  std::vector<io::CountedValue> values;
+  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
+    for (const double value : numbers_of(array, bytes)) values.push_back({value, 1});
+  else
+    each_word(array, bytes, [&](std::uint64_t word, std::size_t count) {
       range.bits |= word;
-      values.push_back(number_in(word, array.kind, array.bytes, layout));
-    }
-  }
-  const double share = 1 / static_cast<double>(values.size());
+      values.push_back({number_in(word, array.kind, array.bytes, layout), count});
+    });
+  const double elements = static_cast<double>(bytes.size() / array.bytes);
   range.minimum = std::numeric_limits<double>::infinity(), range.maximum = -range.minimum;
-  for (const double value : values) {
+  for (const auto& [value, count] : values) {
+    const double share = static_cast<double>(count) / elements;
     range.zeros += value == 0 ? share : 0;
     range.negative += std::isfinite(value) && value < 0 ? share : 0;
     range.no_numbers += std::isfinite(value) ? 0 : share;
@@ -187,16 +207,16 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
     range.maximum = std::max(range.maximum, value);
   }
   range.codes = suspected_codes_of(array, bytes, layout);
-  values = measurements_of(array, bytes, layout);
-  std::erase_if(values, [&](double v) {
-    return !(v > 0 && std::isfinite(v)) ||
-           std::ranges::find(range.codes, v, &io::SuspectedCode::value) != range.codes.end();
-  });
-  std::ranges::sort(values);
-  range.found = !values.empty();
+  std::vector<double> positive;
+  for (const auto& [value, count] : measurements_of(array, bytes, layout))
+    if (value > 0 && std::isfinite(value) &&
+        std::ranges::find(range.codes, value, &io::CountedValue::value) == range.codes.end())
+      positive.insert(positive.end(), count, value);
+  std::ranges::sort(positive);
+  range.found = !positive.empty();
   if (!range.found) return range;
-  range.low = values[values.size() / 100];
-  range.high = values[values.size() - 1 - values.size() / 100];
+  range.low = positive[positive.size() / 100];
+  range.high = positive[positive.size() - 1 - positive.size() / 100];
   return range;
 }
 

@@ -26,7 +26,7 @@ struct ValueRange {
   double low = 0, high = 0;                        ///< contain the middle 98 % of the positive ones except codes
   double zeros = 0, negative = 0, no_numbers = 0;  ///< shares of the elements; no_numbers: NaN and infinite
   bool found = false;                              ///< some are positive
-  std::vector<io::SuspectedCode> codes;
+  std::vector<io::CountedValue> codes;
   std::uint64_t bits = 0;  ///< of integers, set in any element
 };
 /// Range of the first element along the slowest axis, or of a complete array of up to two axes.
@@ -38,7 +38,7 @@ std::vector<double> numbers_of(const FileArray& array, const std::vector<std::ui
 /// has signed_bits. @param kind, bytes as in tofgraph_file_array
 double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, const ChannelLayout& layout);
 /// Values of a channel, without codes for "no measurement", that are probably codes. @param bytes of the array
-std::vector<io::SuspectedCode> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
+std::vector<io::CountedValue> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
                                                   const ChannelLayout& layout);
 
 /// SI value of one unit. @param where file name for messages @throws ForeignError for a unit of another dimension

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "foreign/scatter.hpp"
 
+#include "foreign/convert_elements.hpp"
+
 #include <tofgraph/channels.hpp>
 
 #include <fmt/format.h>
@@ -57,37 +59,27 @@ template <class T, class U> class Scatter {
   }
 
  private:
-  /// Converts contiguous elements without masks and codes; the compiler vectorises the loops.
+  /// Converts contiguous elements without masks and codes.
   void convert_run(std::uint64_t from, std::uint64_t to, std::uint64_t count) const {
     constexpr std::uint64_t part = 1024;  // fits into the cache
+    constexpr std::uint32_t kind = std::is_floating_point_v<T> ? TOFGRAPH_ELEMENT_FLOAT
+                                   : std::is_signed_v<T>       ? TOFGRAPH_ELEMENT_SIGNED
+                                                               : TOFGRAPH_ELEMENT_UNSIGNED;
     for (std::uint64_t begin = 0; begin < count; begin += part) {
       const std::uint64_t n = std::min(part, count - begin);
-      const std::uint8_t* in = in_ + (from + begin) * sizeof(T);
       U* out = out_ + to + begin;
-      if (std::is_same_v<T, float> && c_.zero == 0 && c_.scale == 1) {
-        std::memcpy(out, in, n * sizeof(T));
-      } else {
-        for (std::uint64_t i = 0; i < n; ++i)
-          out[i] = static_cast<U>((static_cast<double>(element<T>(in, i)) - c_.zero) * c_.scale);
-      }
-      if (std::is_integral_v<T> && !c_.is_length) continue;
-      int invalid = 0;
-      for (std::uint64_t i = 0; i < n; ++i) invalid |= is_no_measurement(out[i]);
-      for (std::uint64_t i = 0; i < n && invalid != 0; ++i) {
-        if (is_no_measurement(out[i]) == 0) continue;
-        count_refused(static_cast<float>(out[i]), static_cast<double>(element<T>(in, i)));
+      if (convert_elements({kind, sizeof(T)}, in_ + (from + begin) * sizeof(T), n, {c_.zero, c_.scale},
+                           c_.is_length ? max_length : 0, out) ||
+          (std::is_integral_v<T> && !c_.is_length))
+        continue;
+      for (std::uint64_t i = 0; i < n; ++i) {
+        if (c_.is_length ? is_valid_length(out[i]) : std::isfinite(out[i])) continue;
+        count_refused(static_cast<float>(out[i]), static_cast<double>(element<T>(in_, from + begin + i)));
         out[i] = nothing();
         if (flags_ != nullptr) flags_[(to + begin + i) / c_.per_pixel % c_.pixels] |= flag::invalid;
       }
     }
   }
-  /// Returns 1 if a converted value is not finite or, for lengths, outside (0, max_length]; otherwise 0.
-  int is_no_measurement(float value) const {
-    const int length = static_cast<int>(value > 0) & static_cast<int>(value <= max_length);
-    const int finite = static_cast<int>(std::abs(value) <= std::numeric_limits<float>::max());
-    return c_.is_length ? 1 - length : 1 - finite;
-  }
-
   static constexpr U nothing() {
     if constexpr (std::is_floating_point_v<U>) return std::numeric_limits<U>::quiet_NaN();
     return U{0};

@@ -84,7 +84,9 @@ void add_bad_pixels(Inspection& result) {
 /// Adds lengths that many pixels have exactly, far above the others, e.g. an overflow that was taken for a length.
 void add_codes(Inspection& result) {
   const Observation& o = result.observation;
-  for (const auto& [value, count] : io::suspected_codes(o.length, std::numeric_limits<double>::infinity()))
+  std::vector<io::CountedValue> lengths;
+  for (const double length : o.length) lengths.push_back({length});
+  for (const auto& [value, count] : io::suspected_codes(std::move(lengths), std::numeric_limits<double>::infinity()))
     result.findings.push_back(finding(
         "codes",
         fmt::format("{} have a length that is probably a code and no measurement", config::counted(count, "pixel")),

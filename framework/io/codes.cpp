@@ -21,18 +21,22 @@ bool is_full_word(double value) {
          std::exp2(std::round(std::log2(value + 1))) == value + 1;
 }
 
-/// Distinct values, ascending, and their numbers. @param values ascending
-std::vector<SuspectedCode> distinct(const std::vector<double>& values) {
-  std::vector<SuspectedCode> runs;
-  for (const double value : values) {
-    if (runs.empty() || runs.back().value != value) runs.push_back({value, 0});
-    ++runs.back().count;
+/// Sorts values and joins those that are equal.
+void join_equal(std::vector<CountedValue>& values) {
+  std::ranges::sort(values, {}, &CountedValue::value);
+  auto last = values.begin();
+  for (auto next = values.begin(); next != values.end(); ++next) {
+    if (next == last) continue;
+    if (next->value == last->value)
+      last->count += next->count;
+    else
+      *++last = *next;
   }
-  return runs;
+  if (last != values.end()) values.erase(last + 1, values.end());
 }
 
 /// Median distance of successive distinct values: 1 of integers that all occur, more of coarsely quantised values.
-double median_gap(const std::vector<SuspectedCode>& runs) {
+double median_gap(const std::vector<CountedValue>& runs) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < runs.size(); ++i) gaps.push_back(runs[i].value - runs[i - 1].value);
   if (gaps.size() < 2) return 0;
@@ -43,10 +47,9 @@ double median_gap(const std::vector<SuspectedCode>& runs) {
 
 }  // namespace
 
-std::vector<SuspectedCode> suspected_codes(std::vector<double> values, double largest) {
-  std::erase_if(values, [](double value) { return !(value > 0 && std::isfinite(value)); });
-  std::ranges::sort(values);
-  const std::vector<SuspectedCode> runs = distinct(values);
+std::vector<CountedValue> suspected_codes(std::vector<CountedValue> runs, double largest) {
+  std::erase_if(runs, [](const CountedValue& v) { return !(v.value > 0 && std::isfinite(v.value)); });
+  join_equal(runs);
   const double min_gap = min_steps * median_gap(runs);
   const auto is_alone = [&](std::size_t i) {
     const double value = runs[i].value, gap = std::max(isolation * value, min_gap);
@@ -54,19 +57,25 @@ std::vector<SuspectedCode> suspected_codes(std::vector<double> values, double la
            (i + 1 == runs.size() || runs[i + 1].value > value + gap);
   };
   std::vector<bool> repeated;
-  std::vector<double> others;
+  std::size_t elements = 0, others = 0;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     repeated.push_back(runs[i].count >= min_count && is_alone(i));
-    if (!repeated[i]) others.insert(others.end(), runs[i].count, runs[i].value);
+    elements += runs[i].count;
+    if (!repeated[i]) others += runs[i].count;
   }
-  const double high =
-      others.empty() ? std::numeric_limits<double>::infinity() : others[others.size() - 1 - others.size() / 50];
-  std::vector<SuspectedCode> codes;
+  double high = std::numeric_limits<double>::infinity();
+  std::size_t above = others / 50;  // 2 %
+  for (std::size_t i = runs.size(); i-- > 0 && std::isinf(high);) {
+    if (repeated[i]) continue;
+    if (runs[i].count > above) high = runs[i].value;
+    above -= std::min(above, runs[i].count);
+  }
+  std::vector<CountedValue> codes;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double value = runs[i].value;
-    const bool full = std::isfinite(largest) && is_full_word(value);
-    const double factor = 50 * runs[i].count > values.size() ? far_above_many : far_above;
-    if (value == largest || (repeated[i] && (full || value > factor * high))) codes.push_back(runs[i]);
+    const double factor = 50 * runs[i].count > elements ? far_above_many : far_above;
+    if (value == largest || (repeated[i] && (value > factor * high || (std::isfinite(largest) && is_full_word(value)))))
+      codes.push_back(runs[i]);
   }
   return codes;
 }
