@@ -135,6 +135,19 @@ TEST_F(Inspect, AFindingSaysWhereHowMuchAndWhatMendsIt) {
   EXPECT_THAT(again.err, HasSubstr("--force"));
 }
 
+/// A part of a ball is nearly flat and was taken for a plane that no lens explains.
+TEST_F(Inspect, ABallBeforeAWallHidesNoLens) {
+  InspectedRecording recording(judged_camera, {plane(-0.08, 0, 1, 1.9)}, 0.001, 31);
+  recording.change = [](std::size_t pixel, std::size_t, float& length, float&) {
+    const double u = static_cast<double>(pixel % judged_camera.width) - 60,
+                 v = static_cast<double>(pixel / judged_camera.width) - 90, square = (u * u + v * v) / (39.0 * 39.0);
+    if (square < 1) length -= static_cast<float>(0.7 + 0.22 * std::sqrt(1 - square));
+  };
+  recording.write(path("a.h5"), Mistake::k1_missing);
+  const json result = inspected("a.h5");
+  EXPECT_EQ(first_of(result), "lens_missing") << result.dump();
+}
+
 TEST_F(Inspect, WhatASceneCannotDecideIsSaid) {
   // A lens that is symmetric about the image centre, and depths: mirrored images are as flat as others.
   InspectedCamera symmetric = tuning_camera;
