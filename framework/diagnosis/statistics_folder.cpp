@@ -12,8 +12,10 @@
 #include "io/output_file.hpp"
 #include "io/sha256.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -82,6 +84,14 @@ io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
   return campaign;
 }
 
+/// Asks the system to read a file from the disk meanwhile. Without effect if it cannot.
+void read_ahead(const fs::path& file) {
+  const int number = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  if (number < 0) return;
+  posix_fadvise(number, 0, 0, POSIX_FADV_WILLNEED);
+  close(number);
+}
+
 /// Reduction of the conditions of one shard into a folder.
 class ShardReduction {
  public:
@@ -108,8 +118,10 @@ class ShardReduction {
     }
     std::vector<ReducedCondition> reduced(own.size());
     std::atomic<std::size_t> done = 0;
+    constexpr std::size_t ahead = 2;  // conditions: with one the disk waits at times
     tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
       const io::Condition& condition = campaign_.conditions[own[k]];
+      if (k + ahead < own.size()) read_ahead(campaign_.conditions[own[k + ahead]].capture);
       try {
         reduced[k] = reduce_one(own[k]);
       } catch (const std::exception& error) {

@@ -120,13 +120,30 @@ void FrameSums::add_taps(std::span<const std::uint16_t> taps, double full_well) 
 
 void FrameSums::add_phases(std::span<const float> phases) {
   const std::size_t n = content_.square.size();
-  std::vector<double> samples(exposures_);
-  for (std::size_t i = 0; i < n; ++i) {
-    for (std::size_t k = 0; k < exposures_; ++k) samples[k] = phases[k * n + i];
-    if (std::ranges::all_of(samples, [](double c) { return std::isfinite(c); }))
-      add(i, samples, 0);
-    else
-      content_.bad[i] |= io::PixelSums::no_number;
+  constexpr std::size_t part = 512;  // as above
+  std::array<std::int32_t, part> finite;
+  for (std::size_t begin = 0; begin < n; begin += part) {
+    const std::size_t count = std::min(part, n - begin);
+    finite.fill(1);
+    for (std::size_t k = 0; k < exposures_; ++k) {
+      for (std::size_t i = 0; i < count; ++i)
+        finite[i] &=
+            static_cast<std::int32_t>(std::abs(phases[k * n + begin + i]) <= std::numeric_limits<float>::max());
+    }
+    std::int32_t all = 1;
+    for (std::size_t i = 0; i < count; ++i) all &= finite[i];
+    for (std::size_t i = 0; i < count && all == 0; ++i)
+      if (finite[i] == 0) content_.bad[begin + i] |= io::PixelSums::no_number;
+    for (std::size_t k = 0; k < exposures_; ++k) {
+      const float* const samples = &phases[k * n + begin];
+      double *const square = &content_.square[begin], *const sum = &content_.sum[begin * exposures_ + k];
+      for (std::size_t i = 0; i < count; ++i) {
+        if (all == 0 && finite[i] == 0) continue;
+        const double sample = samples[i];
+        square[i] += sample * sample;
+        sum[i * exposures_] += sample;
+      }
+    }
   }
   ++content_.frames;
 }

@@ -188,6 +188,8 @@ void Dataset::check_storage() {
   if (H5Pget_layout(creation) != H5D_CHUNKED) return;
   chunk_.resize(size_.size());
   check(H5Pget_chunk(creation, static_cast<int>(chunk_.size()), chunk_.data()), where_);
+  filtered_ = H5Pget_nfilters(creation) > 0;
+  is_frame_ = chunk_[0] == 1 && std::equal(chunk_.begin() + 1, chunk_.end(), size_.begin() + 1);
   const std::uint64_t bytes = product(product(chunk_, 0), H5Tget_size(type_));
   if (bytes == 0 || bytes > std::max<std::uint64_t>(max_chunk, frame)) {
     fail(fmt::format("is stored in chunks of {}, {} bytes each, expected one chunk per frame: h5repack can change that",
@@ -314,8 +316,9 @@ void Dataset::read_first(std::size_t frames, hid_t memory, void* data) const {
 }
 
 /// Guards against a damaged index, which can announce chunks of any size that HDF5 would then allocate.
-void Dataset::check_chunk(hsize_t frame) const {
-  if (chunk_.empty()) return;
+/// @returns true if the chunk is stored as it is, without compression
+bool Dataset::check_chunk(hsize_t frame) const {
+  if (chunk_.empty()) return false;
   std::vector<hsize_t> offset(size_.size(), 0);
   offset[0] = frame / chunk_[0] * chunk_[0];
   hsize_t stored = 0;
@@ -324,6 +327,7 @@ void Dataset::check_chunk(hsize_t frame) const {
   const std::uint64_t plain = product(product(chunk_, 0), H5Tget_size(type_));
   const std::uint64_t most = plain + plain / 8 + 4096;  // upper bound of deflate's expansion
   if (stored > most) throw std::runtime_error(fmt::format("announces {} bytes for {}", stored, plain));
+  return stored == plain && !filtered_;
 }
 
 void Dataset::read_range(std::uint64_t first, std::uint64_t count, hid_t memory, void* data) const {
@@ -339,7 +343,13 @@ void Dataset::read_range(std::uint64_t first, std::uint64_t count, hid_t memory,
 }
 
 void Dataset::read_frame(std::size_t frame, hid_t memory, void* data) const {
-  check_chunk(frame);
+  if (check_chunk(frame) && is_frame_ && H5Tequal(type_, memory) > 0) {  // not by way of HDF5's cache
+    std::vector<hsize_t> offset(size_.size(), 0);
+    offset[0] = frame;
+    std::uint32_t left_out = 0;
+    check(H5Dread_chunk(dataset_, H5P_DEFAULT, offset.data(), &left_out, data), "cannot be read");
+    return;
+  }
   read(frame, 1, frame_space_, memory, data);
 }
 

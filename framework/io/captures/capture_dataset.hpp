@@ -58,7 +58,7 @@ class Dataset {
   void check_storage();
   std::size_t whole_frames() const;
   bool is_whole(const std::vector<hsize_t>& chunk) const;
-  void check_chunk(hsize_t frame) const;
+  bool check_chunk(hsize_t frame) const;
   /// "3 x 132 x 176 float32"
   std::string described() const;
   [[noreturn]] void fail(const std::string& why) const;
@@ -68,6 +68,8 @@ class Dataset {
   Handle dataset_, space_, type_, frame_space_;
   std::vector<hsize_t> size_;   // frames first
   std::vector<hsize_t> chunk_;  // empty: not chunked
+  bool filtered_ = false;       // chunks are compressed or otherwise coded
+  bool is_frame_ = false;       // a chunk is one frame
 };
 
 }  // namespace tofgraph::io::h5
