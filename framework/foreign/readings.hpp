@@ -39,7 +39,7 @@ std::vector<double> numbers_of(const FileArray& array, const std::vector<std::ui
 double number_in(std::uint64_t word, std::uint32_t kind, std::uint32_t bytes, const ChannelLayout& layout);
 /// Values of a channel, without codes for "no measurement", that are probably codes. @param bytes of the array
 std::vector<io::CountedValue> suspected_codes_of(const FileArray& array, const std::vector<std::uint8_t>& bytes,
-                                                  const ChannelLayout& layout);
+                                                 const ChannelLayout& layout);
 
 /// SI value of one unit. @param where file name for messages @throws ForeignError for a unit of another dimension
 double scale_of(const std::string& unit, const std::string& wanted, const std::string& where);
