@@ -77,8 +77,8 @@ function(tofgraph_libraries_of file result)
       list(APPEND libraries z)
     elseif(line MATCHES "<lz4frame\\.h>")
       list(APPEND libraries lz4 zstd bz2 z)  # chunks of recordings
-    elseif(line MATCHES "<(zip|matio)\\.h>")
-      list(APPEND libraries ${CMAKE_MATCH_1})
+    elseif(line MATCHES "<zip\\.h>")
+      list(APPEND libraries zip)
     elseif(line MATCHES "<ceres/")
       list(APPEND libraries ceres)
     elseif(line MATCHES "\"([a-z/]+)/[a-z0-9_]+\\.hpp\"")  # a room of the framework

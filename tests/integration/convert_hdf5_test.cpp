@@ -7,6 +7,7 @@
 
 #include "tests/small_conversion.hpp"
 
+#include <fstream>
 #include <random>
 
 using namespace tofgraph::tests;
@@ -128,6 +129,28 @@ TEST_F(ConvertHdf5, OneOfSeveralDatasetsIsChosenByItsPathAndCanBeInspected) {
     ASSERT_EQ(amplitude[i], static_cast<float>(values_[i % small_pixels * frame_count + i / small_pixels])) << i;
   EXPECT_EQ(tofgraph("inspect scan.hdf5 --layout layout.yaml").exit_code, 0);
   EXPECT_THAT(convert("scan.hdf5 --as depth=camera/y").err, HasSubstr("it has: camera/conf, camera/z, time"));
+}
+
+/// MATLAB's version 7.3: a header of 512 bytes, and axes in reverse order.
+TEST_F(ConvertHdf5, MatlabsFilesOfVersion73AreReadInMatlabsOrder) {
+  const hid_t creation = H5Pcreate(H5P_FILE_CREATE);
+  H5Pset_userblock(creation, 512);
+  file_ = H5Fcreate(path("new.mat").c_str(), H5F_ACC_TRUNC, creation, H5P_DEFAULT);
+  H5Pclose(creation);
+  std::vector<double> turned;  // columns before rows
+  for (hsize_t frame = 0; frame < frame_count; ++frame)
+    for (std::size_t column = 0; column < 8; ++column)
+      for (std::size_t row = 0; row < 6; ++row) turned.push_back(values_[(frame * 6 + row) * 8 + column]);
+  add("S/camera/amplitude", {frame_count, 8, 6}, turned, {.type = H5T_IEEE_F64LE, .compressed = true});
+  add("#refs#/a", {8, 6}, std::vector<double>(48, 1));
+  close();
+  std::fstream(path("new.mat"), std::ios::binary | std::ios::in | std::ios::out)
+      << "MATLAB 7.3 MAT-file, Platform: GLNXA64";
+  EXPECT_THAT(tofgraph("convert --inspect new.mat").out,
+              testing::AllOf(HasSubstr("S.camera.amplitude   float64  6 x 8 x 5"), testing::Not(HasSubstr("refs"))));
+  const Outcome outcome = convert("new.mat --as amplitude=S.camera.amplitude");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(frames<float>("amplitude"), std::vector<float>(values_.begin(), values_.end()));
 }
 
 TEST_F(ConvertHdf5, PackedNumbersAreReadInTheUnitThatTheyState) {

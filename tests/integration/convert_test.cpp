@@ -137,6 +137,34 @@ np.transpose(x, (3, 2, 0, 1)).astype("<i2").tofile("expected.bin")
   }
 }
 
+/// As MATLAB writes doubles that are small integers, and in the byte order of old workstations.
+TEST_F(Convert, MatlabsDoublesInFewerBytesAndBigEndianFilesAreReadBitForBit) {
+  ASSERT_TRUE(python(R"(
+import struct
+def element(order, kind, data):
+    return struct.pack(order + "II", kind, len(data)) + data + bytes(-len(data) % 8)
+def variable(order, name, type_of_class, array, stored, kind):
+    parts = element(order, 6, struct.pack(order + "II", type_of_class, 0))
+    parts += element(order, 5, np.array(array.shape, order + "i4").tobytes()) + element(order, 1, name)
+    return element(order, 14, parts + element(order, kind, array.astype(order + stored).tobytes("F")))
+x = np.random.default_rng(8).integers(1, 250, (6, 8, 3))
+for order, mark in [("<", b"IM"), (">", b"MI")]:
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(order + "H", 0x100) + mark
+    for name, cls, stored, kind in [("d1", 6, "u1", 2), ("d2", 6, "i2", 3), ("d8", 6, "f8", 9), ("w2", 11, "u2", 4)]:
+        with open(name + ("b" if order == ">" else "l") + ".mat", "wb") as file:
+            file.write(head + variable(order, b"x", cls, x, stored, kind))
+with open("outside.mat", "wb") as file:
+    file.write(head + variable(">", b"x", 9, x * 1000, "i4", 5))
+np.moveaxis(x, 2, 0).astype("<f4").tofile("expected.bin")
+)"));
+  for (const std::string name : {"d1l", "d2l", "d8l", "w2l", "d1b", "d2b", "d8b", "w2b"}) {
+    const Outcome outcome = convert(name + ".mat --as amplitude");
+    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
+    EXPECT_EQ(frames<float>("amplitude"), stored<float>("expected.bin")) << name;
+  }
+  EXPECT_THAT(convert("outside.mat --as amplitude").err, HasSubstr("values of the variable 'x' do not fit its type"));
+}
+
 TEST_F(Convert, FieldsOfMatlabsStructuresAreNamedWithDots) {
   if (!python(R"(
 import scipy.io

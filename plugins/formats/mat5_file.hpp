@@ -1,0 +1,390 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Arrays of a MATLAB file of version 5. Format: MathWorks, MAT-File Format, "Level 5". Not by libmatio, which crashes,
+/// hangs or fills the memory on damaged files, and returns wrong parts of arrays with four axes.
+#pragma once
+
+#include <zlib.h>
+#include <tofgraph/file_format.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace tofgraph {
+
+/// Real, full, numeric variables, and those in structures ("S.camera.depth"). Others (cells, arrays of structures,
+/// texts, complex numbers) are ignored.
+class Mat5File {
+ public:
+  /// @throws std::runtime_error with the end of a sentence about the file
+  explicit Mat5File(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
+    const auto size = static_cast<std::uint64_t>(in_.tellg());
+    const Bytes head = part_at(0, 128).bytes(128);
+    if (head.size() < 128) throw std::runtime_error("is a damaged MATLAB file: it ends within its head");
+    big_endian_ = head[126] == 'M';
+    for (std::uint64_t at = 128; at + 8 <= size;) {
+      const Bytes tag = part_at(at, 8).bytes(8);
+      if (tag.size() < 8) return;
+      const std::uint32_t type = number(tag, 0), length = number(tag, 4);
+      if (length > size - at - 8) throw std::runtime_error("is damaged: a variable extends beyond the end of the file");
+      if (type == matrix || type == compressed)
+        add_variable({.at = at + 8, .length = length, .is_compressed = type == compressed});
+      at += 8 + std::uint64_t{length};
+    }
+  }
+
+  const std::vector<FileArray>& arrays() const { return arrays_; }
+  /// Names of variables that are ignored.
+  const std::vector<std::string>& ignored() const { return ignored_; }
+
+  void read(std::size_t index, std::uint64_t first, std::uint64_t count, void* out) {
+    const FileArray& array = arrays_[index];
+    Stored& stored = stored_[index];
+    const std::uint64_t slice = array.elements() / array.extent[0], bytes = size_of(stored.type);
+    if (!stored.variable.is_compressed) {
+      Part part = part_at(stored.variable.at + stored.position + first * slice * bytes, count * slice * bytes);
+      return convert(part.bytes(count * slice * bytes), stored.type, array, count * slice, out);
+    }
+    if (stored.whole.empty()) {  // any part is inflated from the beginning, so all of it is read once
+      Part part = part_at(stored.variable.at, stored.variable.length);
+      part.inflate();
+      part.skip(stored.position);
+      Bytes whole(array.elements() * array.bytes);
+      convert(part.bytes(array.elements() * bytes), stored.type, array, array.elements(), whole.data());
+      stored.whole = std::move(whole);
+    }
+    std::memcpy(out, &stored.whole[first * slice * array.bytes], count * slice * array.bytes);
+  }
+
+ private:
+  using Bytes = std::vector<std::uint8_t>;
+  static constexpr std::uint32_t matrix = 14, compressed = 15;  // types of elements
+
+  /// Part of the file, read in order, and inflated if asked for.
+  class Part {
+   public:
+    Part(std::istream& in, std::uint64_t length) : in_(&in), left_(length) {}
+    void inflate() {
+      stream_ = std::unique_ptr<z_stream, End>(new z_stream{});
+      if (inflateInit(stream_.get()) != Z_OK) throw std::runtime_error("cannot be inflated: no memory");
+    }
+    /// Returns the next bytes, fewer at the end.
+    Bytes bytes(std::uint64_t count) {
+      Bytes result = stream_ ? inflated(count) : stored(count);
+      position_ += result.size();
+      return result;
+    }
+    void skip(std::uint64_t count) {
+      if (!stream_) {
+        count = std::min(count, left_);
+        in_->seekg(static_cast<std::streamoff>(count), std::ios::cur);
+        left_ -= count;
+        position_ += count;
+        return;
+      }
+      while (count > 0) {
+        const std::uint64_t read = bytes(std::min(count, buffer_size)).size();
+        if (read == 0) return;
+        count -= read;
+      }
+    }
+    std::uint64_t position() const { return position_; }
+
+   private:
+    static constexpr std::uint64_t buffer_size = 65536;
+    struct End {
+      void operator()(z_stream* stream) const {
+        inflateEnd(stream);
+        delete stream;
+      }
+    };
+    Bytes stored(std::uint64_t count) {
+      Bytes result(std::min(count, left_));
+      in_->read(reinterpret_cast<char*>(result.data()), static_cast<std::streamsize>(result.size()));
+      result.resize(static_cast<std::size_t>(in_->gcount()));
+      left_ -= result.size();
+      return result;
+    }
+    Bytes inflated(std::uint64_t count) {
+      Bytes result(count);
+      stream_->next_out = result.data();
+      stream_->avail_out = static_cast<uInt>(count);
+      do {
+        if (stream_->avail_in == 0) {
+          buffer_ = stored(buffer_size);
+          stream_->next_in = buffer_.data();
+          stream_->avail_in = static_cast<uInt>(buffer_.size());
+        }
+      } while (stream_->avail_out > 0 && ::inflate(stream_.get(), Z_SYNC_FLUSH) == Z_OK);
+      result.resize(count - stream_->avail_out);
+      return result;
+    }
+
+    std::istream* in_;
+    std::uint64_t left_, position_ = 0;
+    std::unique_ptr<z_stream, End> stream_;
+    Bytes buffer_;
+  };
+
+  /// Variable in the file.
+  struct Variable {
+    std::uint64_t at = 0;  ///< position of its first byte
+    std::uint32_t length = 0;
+    bool is_compressed = false;
+  };
+  /// Values of an array: place and type in the file.
+  struct Stored {
+    Variable variable;
+    std::uint64_t position = 0;  ///< in the variable, inflated if it is compressed
+    std::uint32_t type = 0;
+    Bytes whole;  ///< elements of a compressed array once it was read
+  };
+  /// Element of a variable.
+  struct Element {
+    std::uint32_t type = 0, length = 0;
+    Bytes within;  ///< up to four bytes, stored within the tag
+    bool found = false;
+  };
+
+  Part part_at(std::uint64_t at, std::uint64_t length) {
+    in_.clear();
+    in_.seekg(static_cast<std::streamoff>(at));
+    return {in_, length};
+  }
+  std::uint32_t number(const Bytes& from, std::size_t at) const {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8U | from[at + (big_endian_ ? i : 3 - i)];
+    return value;
+  }
+  Element next(Part& part) const {
+    const Bytes tag = part.bytes(8);
+    if (tag.size() < 8) return {};
+    const std::uint32_t first = number(tag, 0), small = first >> 16U;
+    if (small == 0) return {first, number(tag, 4), {}, true};
+    return {first & 0xffffU, small, Bytes(tag.begin() + 4, tag.end()), true};
+  }
+  /// Content of an element of the head.
+  static Bytes content(Part& part, const Element& element) {
+    constexpr std::uint32_t max_head = 65536;  // flags, sizes and names are shorter
+    Bytes bytes = element.within;
+    if (bytes.empty() && element.length <= max_head) bytes = part.bytes((element.length + 7U) / 8U * 8U);
+    if (bytes.size() < element.length) throw std::runtime_error("is damaged: the head of a variable has no end");
+    bytes.resize(element.length);
+    return bytes;
+  }
+
+  void add_variable(const Variable& variable) {
+    Part part = part_at(variable.at, variable.length);
+    if (variable.is_compressed) {
+      part.inflate();
+      const Bytes tag = part.bytes(8);
+      if (tag.size() < 8 || number(tag, 0) != matrix)
+        throw std::runtime_error("is damaged: a compressed variable cannot be read");
+      refuse_bomb(variable.length, number(tag, 4));
+    }
+    const std::size_t before = arrays_.size();
+    const std::string name = add(part, variable, "", 0);
+    if (arrays_.size() == before && !name.empty()) ignored_.push_back(name);
+  }
+
+  /// Rejects decompression bombs. Deflate reaches 1032 for zeros; measured values compress less than tenfold.
+  static void refuse_bomb(std::uint32_t compressed, std::uint32_t inflated) {
+    constexpr std::uint32_t large = std::uint32_t{1} << 30U, most = 200;
+    if (inflated < large || inflated / most < compressed) return;
+    throw std::runtime_error("has a variable of " + std::to_string(compressed) + " bytes, which would become " +
+                             std::to_string(inflated) + ", over " + std::to_string(most) +
+                             " times as many: no measurement compresses that well. If this is intended, save it "
+                             "without compression (version 6)");
+  }
+
+  /// Adds the arrays of a variable or field, whose elements are flags, sizes, name and values.
+  /// @param path name with those of the structures around it; empty: a variable, named by itself @returns its name
+  std::string add(Part& part, const Variable& variable, std::string path, int depth) {
+    constexpr std::uint32_t structure = 2, first_numeric = 6, last_numeric = 15, complex = 0x800;
+    const Bytes flag_bytes = content(part, next(part));
+    const std::uint32_t flags = flag_bytes.size() >= 4 ? number(flag_bytes, 0) : 0, kind = flags & 0xffU;
+    if (kind == 0 || kind > last_numeric) return path;
+    std::vector<std::uint64_t> extents = extents_of(content(part, next(part)));
+    const Bytes name = content(part, next(part));
+    if (path.empty()) path.assign(name.begin(), name.end());
+    if (path.empty()) return path;  // MATLAB's own data at the end of the file
+    if (kind == structure) {
+      add_fields(part, variable, elements_of(extents), path, depth);
+    } else if (kind >= first_numeric) {
+      const Element values = next(part);
+      check_values(values, elements_of(extents), variable);
+      if ((flags & complex) == 0) {
+        const std::uint64_t position = part.position() - values.within.size();
+        add_array(kind, std::move(extents), path, {variable, position, values.type, {}});
+      }
+    }
+    return path;
+  }
+
+  void add_fields(Part& part, const Variable& variable, std::uint64_t elements, const std::string& path, int depth) {
+    constexpr int max_depth = 16;
+    const Bytes width = content(part, next(part)), names = content(part, next(part));
+    const std::size_t length = width.size() >= 4 ? number(width, 0) : 0;
+    if (depth == max_depth || length == 0 || names.size() % length != 0)
+      throw std::runtime_error("is damaged: the fields of a structure have no names, or are nested too deeply");
+    if (elements != 1) return;
+    for (std::size_t at = 0; at < names.size(); at += length) {
+      const std::string text(names.begin() + static_cast<std::ptrdiff_t>(at),
+                             names.begin() + static_cast<std::ptrdiff_t>(at + length));
+      const Element field = next(part);
+      const std::uint64_t begin = part.position();
+      if (!field.found || field.type != matrix)
+        throw std::runtime_error("is damaged: a structure has fewer fields than announced");
+      if (field.length > 0) add(part, variable, path + "." + text.substr(0, text.find('\0')), depth + 1);
+      const std::uint64_t read = part.position() - begin;
+      if (read > field.length) throw std::runtime_error("is damaged: a field of a structure is longer than announced");
+      part.skip(field.length - read);
+    }
+  }
+
+  std::vector<std::uint64_t> extents_of(const Bytes& bytes) const {
+    std::vector<std::uint64_t> extents;
+    for (std::size_t i = 0; i + 4 <= bytes.size(); i += 4) extents.push_back(number(bytes, i));
+    return extents;
+  }
+  static std::uint64_t elements_of(const std::vector<std::uint64_t>& extents) {
+    std::uint64_t elements = 1;
+    for (const std::uint64_t extent : extents) {
+      if (extent != 0 && elements > (std::uint64_t{1} << 40U) / extent)
+        throw std::runtime_error("is damaged: a variable has an impossible size");
+      elements *= extent;
+    }
+    return elements;
+  }
+
+  /// Bytes of a value; 0: no type of numbers.
+  static std::uint32_t size_of(std::uint32_t type) {
+    static constexpr std::array<std::uint32_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
+    return type < sizes.size() ? sizes[type] : 0;
+  }
+  static void check_values(const Element& values, std::uint64_t elements, const Variable& variable) {
+    const std::uint32_t size = size_of(values.type);
+    const bool fits = values.within.empty() || values.length <= values.within.size();
+    if (!fits || size == 0 || values.length % size != 0 || values.length / size != elements)
+      throw std::runtime_error(
+          "is damaged: the values of a variable are of an unknown type, or their number differs from the announced "
+          "one");
+    constexpr std::uint64_t best_compression = 1032;  // of deflate
+    if (values.length > (variable.is_compressed ? best_compression : 1) * std::uint64_t{variable.length})
+      throw std::runtime_error("is damaged: a variable announces more values than the file holds");
+  }
+
+  void add_array(std::uint32_t kind, std::vector<std::uint64_t> extents, const std::string& name, Stored stored) {
+    constexpr std::uint64_t max_extent = std::uint64_t{1} << 30U;
+    constexpr std::size_t max_rank = 6;
+    if (extents.empty() || extents.size() > max_rank || elements_of(extents) == 0 ||
+        std::ranges::any_of(extents, [](std::uint64_t extent) { return extent > max_extent; }))
+      return;
+    // From MATLAB's double, single, int8, uint8, int16, uint16, .. uint64.
+    static constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 10> classes = {
+        {{TOFGRAPH_ELEMENT_FLOAT, 8},
+         {TOFGRAPH_ELEMENT_FLOAT, 4},
+         {TOFGRAPH_ELEMENT_SIGNED, 1},
+         {TOFGRAPH_ELEMENT_UNSIGNED, 1},
+         {TOFGRAPH_ELEMENT_SIGNED, 2},
+         {TOFGRAPH_ELEMENT_UNSIGNED, 2},
+         {TOFGRAPH_ELEMENT_SIGNED, 4},
+         {TOFGRAPH_ELEMENT_UNSIGNED, 4},
+         {TOFGRAPH_ELEMENT_SIGNED, 8},
+         {TOFGRAPH_ELEMENT_UNSIGNED, 8}}};
+    FileArray array;
+    std::tie(array.kind, array.bytes) = classes.at(kind - 6);
+    array.extent.assign(extents.rbegin(), extents.rend());
+    array.name = name;
+    array.text = "MATLAB";
+    array.reversed = true;
+    arrays_.push_back(std::move(array));
+    stored_.push_back(std::move(stored));
+  }
+
+  /// Calls visit(example of the C++ type) for a type of values in the file.
+  template <class Visit> static void with_type(std::uint32_t type, Visit&& visit) {
+    switch (type) {
+      case 1:
+        return visit(std::int8_t{});
+      case 2:
+        return visit(std::uint8_t{});
+      case 3:
+        return visit(std::int16_t{});
+      case 4:
+        return visit(std::uint16_t{});
+      case 5:
+        return visit(std::int32_t{});
+      case 6:
+        return visit(std::uint32_t{});
+      case 7:
+        return visit(float{});
+      case 9:
+        return visit(double{});
+      case 12:
+        return visit(std::int64_t{});
+      default:
+        return visit(std::uint64_t{});
+    }
+  }
+  /// Type of values in the file that an array has in memory.
+  static std::uint32_t type_of(const FileArray& array) {
+    if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return array.bytes == 4 ? 7 : 9;
+    const std::uint32_t is_unsigned = array.kind == TOFGRAPH_ELEMENT_UNSIGNED ? 1 : 0;
+    return (array.bytes == 8 ? 12 : array.bytes == 4 ? 5 : array.bytes == 2 ? 3 : 1) + is_unsigned;
+  }
+
+  /// Converts values to the type of their array: MATLAB stores a double in fewer bytes if that loses nothing.
+  void convert(const Bytes& bytes, std::uint32_t type, const FileArray& array, std::uint64_t count, void* out) const {
+    if (bytes.size() < count * size_of(type))
+      throw std::runtime_error("is damaged: the variable '" + array.name + "' cannot be read");
+    with_type(type, [&](auto stored) {
+      with_type(type_of(array), [&](auto wanted) {
+        convert_values<decltype(stored), decltype(wanted)>(bytes, count, array.name, static_cast<std::uint8_t*>(out));
+      });
+    });
+  }
+  template <class Stored, class Wanted>
+  void convert_values(const Bytes& bytes, std::uint64_t count, const std::string& name, std::uint8_t* out) const {
+    if (std::is_same_v<Stored, Wanted> && !big_endian_) {
+      std::memcpy(out, bytes.data(), count * sizeof(Stored));
+      return;
+    }
+    for (std::uint64_t i = 0; i < count; ++i) {
+      std::array<std::uint8_t, sizeof(Stored)> one;
+      std::copy_n(&bytes[i * sizeof(Stored)], sizeof(Stored), one.begin());
+      if (big_endian_) std::ranges::reverse(one);
+      Stored value;
+      std::memcpy(&value, one.data(), sizeof value);
+      if constexpr (!std::is_same_v<Stored, Wanted> && std::is_integral_v<Wanted>) {
+        const auto number = static_cast<double>(value);
+        const double end = std::ldexp(1.0, std::numeric_limits<Wanted>::digits);
+        if (!(number >= static_cast<double>(std::numeric_limits<Wanted>::min()) && number < end))
+          throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
+      }
+      const auto wanted = static_cast<Wanted>(value);
+      std::memcpy(out + i * sizeof(Wanted), &wanted, sizeof wanted);
+    }
+  }
+
+  std::ifstream in_;
+  bool big_endian_ = false;
+  std::vector<FileArray> arrays_;
+  std::vector<Stored> stored_;  // values of the arrays
+  std::vector<std::string> ignored_;
+};
+
+}  // namespace tofgraph
