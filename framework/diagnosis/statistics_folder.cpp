@@ -86,9 +86,11 @@ io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
 
 /// Asks the system to read a file from the disk meanwhile. Without effect if it cannot.
 void read_ahead(const fs::path& file) {
+  constexpr off_t step = off_t{1} << 20U;  // more at once is cut off
   const int number = open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (number < 0) return;
-  posix_fadvise(number, 0, 0, POSIX_FADV_WILLNEED);
+  const off_t size = lseek(number, 0, SEEK_END);
+  for (off_t at = 0; at < size; at += step) posix_fadvise(number, at, step, POSIX_FADV_WILLNEED);
   close(number);
 }
 
@@ -121,7 +123,7 @@ class ShardReduction {
     constexpr std::size_t ahead = 2;  // conditions: with one the disk waits at times
     tbb::parallel_for(std::size_t{0}, own.size(), [&](std::size_t k) {
       const io::Condition& condition = campaign_.conditions[own[k]];
-      if (k + ahead < own.size()) read_ahead(campaign_.conditions[own[k + ahead]].capture);
+      if (k + ahead < own.size()) expect(campaign_.conditions[own[k + ahead]]);
       try {
         reduced[k] = reduce_one(own[k]);
       } catch (const std::exception& error) {
@@ -161,6 +163,11 @@ class ShardReduction {
     }
     std::ranges::sort(result_.damaged);
     std::ranges::sort(result_.failed);
+  }
+
+  /// Has the capture of a condition read from the disk, unless it was reduced before.
+  void expect(const io::Condition& condition) const {
+    if (!known_.contains(fs::absolute(condition.capture).lexically_normal().string())) read_ahead(condition.capture);
   }
 
   ReducedCondition reduce_one(std::size_t index) {

@@ -24,7 +24,8 @@ constexpr double min_gain = 25;           ///< decrease of chi-square relative t
 constexpr double min_explained = 0.5;     ///< explained share of the mean square deviation
 constexpr double min_deviation = 0.0006;  ///< relative to the length: walls are seldom flatter
 constexpr double max_unevenness = 0.01;   ///< RMS of a plane under the best assumption, relative
-constexpr double uneven = 4;              ///< the same, relative to that of the largest plane
+constexpr double uneven = 4;              ///< the same of a small one, relative to that of the largest plane
+constexpr std::size_t small = 8;          ///< times as many blocks has the largest plane
 constexpr std::size_t max_listed = 3;     ///< assumptions of different kinds that are listed
 
 double median_length(const Observation& o) {
@@ -123,9 +124,9 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
       fmt::format("- {{stage: orient, mirror: {}, turn: {}, camera: kept}}", a.orientation.mirror, a.orientation.turn)};
 }
 
-/// Keeps the surfaces that are flat under some assumption, and about as flat as the largest one: a small part of a
-/// sphere is nearly flat, too. @returns true if any was removed
-bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
+/// Keeps the surfaces that are flat under some assumption, e.g. no spheres. Small ones must be about as flat as the
+/// largest one, because a small part of a sphere is nearly flat, too. @returns number of blocks of the removed surfaces
+std::size_t keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
   std::vector<double> least = stated.surface_rms;
   for (const Candidate& c : candidates) {
     for (std::size_t s = 0; s < least.size(); ++s) least[s] = std::min(least[s], c.flatness.surface_rms[s]);
@@ -135,10 +136,13 @@ bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<C
   const auto largest = static_cast<std::size_t>(std::ranges::max_element(blocks) - blocks.begin());
   const double limit = std::clamp(uneven * least[largest], min_deviation, max_unevenness);
   std::vector<bool> keep;
-  for (const double rms : least) keep.push_back(rms < limit);
-  const bool all = std::ranges::all_of(keep, [](bool kept) { return kept; });
-  if (!all) test.keep(keep);
-  return !all;
+  std::size_t removed = 0;
+  for (std::size_t s = 0; s < least.size(); ++s) {
+    keep.push_back(least[s] < (small * blocks[s] < blocks[largest] ? limit : max_unevenness));
+    removed += keep[s] ? 0 : blocks[s];
+  }
+  if (removed > 0) test.keep(keep);
+  return removed;
 }
 
 /// Adds the questions for which other answers leave the planes equally flat.
@@ -173,7 +177,10 @@ void add_flatness(Inspection& result, double scale) {
   said.scale = scale;
   Flatness stated = test(said);
   std::vector<Candidate> candidates = candidates_of(test, scale);
-  if (test.surfaces().count > 0 && keep_planes(test, stated, candidates)) {
+  const std::size_t all = test.surfaces().blocks.size();
+  if (const std::size_t removed = all > 0 ? keep_planes(test, stated, candidates) : 0; removed > 0) {
+    result.facts.push_back(fmt::format("{:.0f} % of the smooth surfaces are not planes under any of these assumptions",
+                                       100 * static_cast<double>(removed) / static_cast<double>(all)));
     stated = test(said);
     candidates = candidates_of(test, scale);
   }

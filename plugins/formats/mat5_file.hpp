@@ -15,7 +15,9 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -52,21 +54,18 @@ class Mat5File {
 
   void read(std::size_t index, std::uint64_t first, std::uint64_t count, void* out) {
     const FileArray& array = arrays_[index];
-    Stored& stored = stored_[index];
+    const Stored& stored = stored_[index];
     const std::uint64_t slice = array.elements() / array.extent[0], bytes = size_of(stored.type);
-    if (!stored.variable.is_compressed) {
-      Part part = part_at(stored.variable.at + stored.position + first * slice * bytes, count * slice * bytes);
-      return convert(part.bytes(count * slice * bytes), stored.type, array, count * slice, out);
+    const std::uint64_t position = stored.position + first * slice * bytes, length = count * slice * bytes;
+    if (stored.variable.is_compressed) {
+      const Bytes& all = inflated(stored.variable);
+      if (position > all.size() || length > all.size() - position)
+        throw std::runtime_error("is damaged: the variable '" + array.name + "' has no end");
+      return convert({&all[position], length}, stored.type, array, out);
     }
-    if (stored.whole.empty()) {  // any part is inflated from the beginning, so all of it is read once
-      Part part = part_at(stored.variable.at, stored.variable.length);
-      part.inflate();
-      part.skip(stored.position);
-      Bytes whole(array.elements() * array.bytes);
-      convert(part.bytes(array.elements() * bytes), stored.type, array, array.elements(), whole.data());
-      stored.whole = std::move(whole);
-    }
-    std::memcpy(out, &stored.whole[first * slice * array.bytes], count * slice * array.bytes);
+    const Bytes read = part_at(stored.variable.at + position, length).bytes(length);
+    if (read.size() < length) throw std::runtime_error("is damaged: it ends within the variable '" + array.name + "'");
+    convert(read, stored.type, array, out);
   }
 
  private:
@@ -144,13 +143,13 @@ class Mat5File {
     std::uint64_t at = 0;  ///< position of its first byte
     std::uint32_t length = 0;
     bool is_compressed = false;
+    std::uint64_t inflated = 0;  ///< length of the inflated variable with its tag
   };
   /// Values of an array: place and type in the file.
   struct Stored {
     Variable variable;
     std::uint64_t position = 0;  ///< in the variable, inflated if it is compressed
     std::uint32_t type = 0;
-    Bytes whole;  ///< elements of a compressed array once it was read
   };
   /// Element of a variable.
   struct Element {
@@ -178,7 +177,7 @@ class Mat5File {
   }
   /// Content of an element of the head.
   static Bytes content(Part& part, const Element& element) {
-    constexpr std::uint32_t max_head = 65536;  // flags, sizes and names are shorter
+    constexpr std::uint32_t max_head = std::uint32_t{1} << 20U;  // flags, sizes and names of fields are shorter
     Bytes bytes = element.within;
     if (bytes.empty() && element.length <= max_head) bytes = part.bytes((element.length + 7U) / 8U * 8U);
     if (bytes.size() < element.length) throw std::runtime_error("is damaged: the head of a variable has no end");
@@ -186,7 +185,19 @@ class Mat5File {
     return bytes;
   }
 
-  void add_variable(const Variable& variable) {
+  /// All bytes of a compressed variable. Any part is inflated from the beginning, so it is done once.
+  const Bytes& inflated(const Variable& variable) {
+    Bytes& all = inflated_[variable.at];
+    if (!all.empty()) return all;
+    Part part = part_at(variable.at, variable.length);
+    part.inflate();
+    Bytes bytes = part.bytes(variable.inflated);
+    if (bytes.size() < variable.inflated) throw std::runtime_error("is damaged: a compressed variable cannot be read");
+    all = std::move(bytes);
+    return all;
+  }
+
+  void add_variable(Variable variable) {
     Part part = part_at(variable.at, variable.length);
     if (variable.is_compressed) {
       part.inflate();
@@ -194,6 +205,7 @@ class Mat5File {
       if (tag.size() < 8 || number(tag, 0) != matrix)
         throw std::runtime_error("is damaged: a compressed variable cannot be read");
       refuse_bomb(variable.length, number(tag, 4));
+      variable.inflated = 8 + std::uint64_t{number(tag, 4)};
     }
     const std::size_t before = arrays_.size();
     const std::string name = add(part, variable, "", 0);
@@ -202,6 +214,9 @@ class Mat5File {
 
   /// Rejects decompression bombs. Deflate reaches 1032 for zeros; measured values compress less than tenfold.
   static void refuse_bomb(std::uint32_t compressed, std::uint32_t inflated) {
+    constexpr std::uint32_t possible = 1032;
+    if (inflated / possible > compressed)
+      throw std::runtime_error("is damaged: a compressed variable announces more bytes than it can hold");
     constexpr std::uint32_t large = std::uint32_t{1} << 30U, most = 200;
     if (inflated < large || inflated / most < compressed) return;
     throw std::runtime_error("has a variable of " + std::to_string(compressed) + " bytes, which would become " +
@@ -219,7 +234,7 @@ class Mat5File {
     if (kind == 0 || kind > last_numeric) return path;
     std::vector<std::uint64_t> extents = extents_of(content(part, next(part)));
     const Bytes name = content(part, next(part));
-    if (path.empty()) path.assign(name.begin(), name.end());
+    if (path.empty()) path = text_of(name);
     if (path.empty()) return path;  // MATLAB's own data at the end of the file
     if (kind == structure) {
       add_fields(part, variable, elements_of(extents), path, depth);
@@ -228,33 +243,39 @@ class Mat5File {
       check_values(values, elements_of(extents), variable);
       if ((flags & complex) == 0) {
         const std::uint64_t position = part.position() - values.within.size();
-        add_array(kind, std::move(extents), path, {variable, position, values.type, {}});
+        add_array(kind, std::move(extents), path, {variable, position, values.type});
       }
     }
     return path;
   }
 
   void add_fields(Part& part, const Variable& variable, std::uint64_t elements, const std::string& path, int depth) {
-    constexpr int max_depth = 16;
+    constexpr int max_depth = 64;
     const Bytes width = content(part, next(part)), names = content(part, next(part));
     const std::size_t length = width.size() >= 4 ? number(width, 0) : 0;
-    if (depth == max_depth || length == 0 || names.size() % length != 0)
-      throw std::runtime_error("is damaged: the fields of a structure have no names, or are nested too deeply");
-    if (elements != 1) return;
+    if (length == 0 || names.size() % length != 0)
+      throw std::runtime_error("is damaged: the fields of a structure have no names");
+    if (elements != 1 || depth == max_depth) return;
     for (std::size_t at = 0; at < names.size(); at += length) {
-      const std::string text(names.begin() + static_cast<std::ptrdiff_t>(at),
-                             names.begin() + static_cast<std::ptrdiff_t>(at + length));
+      const std::span<const std::uint8_t> name(&names[at], length);
       const Element field = next(part);
       const std::uint64_t begin = part.position();
       if (!field.found || field.type != matrix)
         throw std::runtime_error("is damaged: a structure has fewer fields than announced");
-      if (field.length > 0) add(part, variable, path + "." + text.substr(0, text.find('\0')), depth + 1);
+      if (field.length > 0) add(part, variable, path + "." + text_of(name), depth + 1);
       const std::uint64_t read = part.position() - begin;
       if (read > field.length) throw std::runtime_error("is damaged: a field of a structure is longer than announced");
       part.skip(field.length - read);
     }
   }
 
+  /// A name up to its end, which a damaged file may have filled with anything.
+  static std::string text_of(std::span<const std::uint8_t> bytes) {
+    std::string text(bytes.begin(), std::ranges::find(bytes, 0));
+    std::ranges::replace_if(
+        text, [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+  }
   std::vector<std::uint64_t> extents_of(const Bytes& bytes) const {
     std::vector<std::uint64_t> extents;
     for (std::size_t i = 0; i + 4 <= bytes.size(); i += 4) extents.push_back(number(bytes, i));
@@ -282,8 +303,7 @@ class Mat5File {
       throw std::runtime_error(
           "is damaged: the values of a variable are of an unknown type, or their number differs from the announced "
           "one");
-    constexpr std::uint64_t best_compression = 1032;  // of deflate
-    if (values.length > (variable.is_compressed ? best_compression : 1) * std::uint64_t{variable.length})
+    if (values.length > (variable.is_compressed ? variable.inflated : variable.length))
       throw std::runtime_error("is damaged: a variable announces more values than the file holds");
   }
 
@@ -348,24 +368,22 @@ class Mat5File {
   }
 
   /// Converts values to the type of their array: MATLAB stores a double in fewer bytes if that loses nothing.
-  void convert(const Bytes& bytes, std::uint32_t type, const FileArray& array, std::uint64_t count, void* out) const {
-    if (bytes.size() < count * size_of(type))
-      throw std::runtime_error("is damaged: the variable '" + array.name + "' cannot be read");
+  void convert(std::span<const std::uint8_t> values, std::uint32_t type, const FileArray& array, void* out) const {
     with_type(type, [&](auto stored) {
       with_type(type_of(array), [&](auto wanted) {
-        convert_values<decltype(stored), decltype(wanted)>(bytes, count, array.name, static_cast<std::uint8_t*>(out));
+        convert_values<decltype(stored), decltype(wanted)>(values, array.name, static_cast<std::uint8_t*>(out));
       });
     });
   }
   template <class Stored, class Wanted>
-  void convert_values(const Bytes& bytes, std::uint64_t count, const std::string& name, std::uint8_t* out) const {
+  void convert_values(std::span<const std::uint8_t> values, const std::string& name, std::uint8_t* out) const {
     if (std::is_same_v<Stored, Wanted> && !big_endian_) {
-      std::memcpy(out, bytes.data(), count * sizeof(Stored));
+      std::memcpy(out, values.data(), values.size());
       return;
     }
-    for (std::uint64_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < values.size() / sizeof(Stored); ++i) {
       std::array<std::uint8_t, sizeof(Stored)> one;
-      std::copy_n(&bytes[i * sizeof(Stored)], sizeof(Stored), one.begin());
+      std::copy_n(&values[i * sizeof(Stored)], sizeof(Stored), one.begin());
       if (big_endian_) std::ranges::reverse(one);
       Stored value;
       std::memcpy(&value, one.data(), sizeof value);
@@ -383,7 +401,8 @@ class Mat5File {
   std::ifstream in_;
   bool big_endian_ = false;
   std::vector<FileArray> arrays_;
-  std::vector<Stored> stored_;  // values of the arrays
+  std::vector<Stored> stored_;               // values of the arrays
+  std::map<std::uint64_t, Bytes> inflated_;  // compressed variables that were read, by their positions
   std::vector<std::string> ignored_;
 };
 
