@@ -28,6 +28,13 @@ class SmallConversion : public testing::Test {
     EXPECT_TRUE(outcome.exit_code == 0 || outcome.err.find("ModuleNotFoundError") != std::string::npos) << outcome.err;
     return outcome.exit_code == 0;
   }
+  /// Elements stored by a script with ndarray.tofile().
+  template <class T> std::vector<T> stored(const std::string& name) const {
+    const std::string bytes = read_text(path(name));
+    std::vector<T> values(bytes.size() / sizeof(T));
+    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+    return values;
+  }
   /// All frames of a channel of the capture.
   template <class T> std::vector<T> frames(const std::string& channel) const {
     return raw_values<T>(path("out.h5"), "/frames/" + channel);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Convert.NumPys*:Convert.Matlabs*
+// Slow: Convert.NumPys*
 // Rooms: foreign plugins
-// Files written by NumPy, SciPy and OpenCV, converted to captures.
+// Files written by NumPy and OpenCV, converted to captures.
 #include <gmock/gmock.h>
 #include <hdf5.h>
 
@@ -24,16 +24,7 @@ namespace {
 
 constexpr std::size_t count = 5;  // number of frames written by Python
 
-class Convert : public SmallConversion {
- protected:
-  /// Elements stored by a script with ndarray.tofile().
-  template <class T> std::vector<T> stored(const std::string& name) const {
-    const std::string bytes = read_text(path(name));
-    std::vector<T> values(bytes.size() / sizeof(T));
-    std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
-    return values;
-  }
-};
+using Convert = SmallConversion;
 
 /// 5 frames of 6 x 8 px, stored as `a` in every type, byte order and axis order; the expected result.
 constexpr const char* arrays = R"(
@@ -97,96 +88,6 @@ a.astype("<f4").tofile("a.bin")
     EXPECT_EQ(frames<std::int64_t>("timestamp_ns")[4], (4 * 33000 + 17) * 1000);
     EXPECT_EQ(frames<double>("integration_time_s")[3], 2e-3);
   }
-}
-
-TEST_F(Convert, MatlabsFilesAreReadInMatlabsOrder) {
-  if (!python(R"(
-import scipy.io
-rng = np.random.default_rng(5)
-a = rng.integers(1, 4000, (6, 8, 5))
-for kind in ["f8", "f4", "u2", "i2", "u1"]:
-    x = (a % 250 + 1).astype(kind)
-    scipy.io.savemat(f"{kind}.mat", {"amplitude": x, "note": "text", "cell": np.array([1, "a"], dtype=object)})
-    scipy.io.savemat(f"{kind}_c.mat", {"amplitude": x}, do_compression=True)
-np.moveaxis(a % 250 + 1, 2, 0).astype("<f4").tofile("expected.bin")
-)"))
-    GTEST_SKIP() << "SciPy is not installed";
-  const std::vector<float> expected = stored<float>("expected.bin");
-  for (const std::string kind : {"f8", "f4", "u2", "i2", "u1"}) {
-    for (const std::string end : {"", "_c"}) {
-      const Outcome outcome = convert(kind + end + ".mat");
-      ASSERT_EQ(outcome.exit_code, 0) << kind << end << outcome.err;
-      EXPECT_EQ(frames<float>("amplitude"), expected) << kind << end;
-    }
-  }
-}
-
-TEST_F(Convert, MatlabsArraysOfFourAxesAreReadBitForBit) {
-  if (!python(R"(
-import scipy.io
-x = np.random.default_rng(7).integers(-3000, 3000, (6, 8, 4, 5)).astype("i2")
-scipy.io.savemat("plain.mat", {"x": x})
-scipy.io.savemat("packed.mat", {"x": x}, do_compression=True)
-np.transpose(x, (3, 2, 0, 1)).astype("<i2").tofile("expected.bin")
-)"))
-    GTEST_SKIP() << "SciPy is not installed";
-  for (const std::string name : {"plain.mat", "packed.mat"}) {
-    const Outcome outcome = convert(name + " --as phases=x --axes 'row column exposure frame'");
-    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
-    EXPECT_EQ(frames<std::int16_t>("phases"), stored<std::int16_t>("expected.bin")) << name;
-  }
-}
-
-/// As MATLAB writes doubles that are small integers, and in the byte order of old workstations.
-TEST_F(Convert, MatlabsDoublesInFewerBytesAndBigEndianFilesAreReadBitForBit) {
-  ASSERT_TRUE(python(R"(
-import struct
-def element(order, kind, data):
-    return struct.pack(order + "II", kind, len(data)) + data + bytes(-len(data) % 8)
-def variable(order, name, type_of_class, array, stored, kind):
-    parts = element(order, 6, struct.pack(order + "II", type_of_class, 0))
-    parts += element(order, 5, np.array(array.shape, order + "i4").tobytes()) + element(order, 1, name)
-    return element(order, 14, parts + element(order, kind, array.astype(order + stored).tobytes("F")))
-x = np.random.default_rng(8).integers(1, 250, (6, 8, 3))
-for order, mark in [("<", b"IM"), (">", b"MI")]:
-    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(order + "H", 0x100) + mark
-    for name, cls, stored, kind in [("d1", 6, "u1", 2), ("d2", 6, "i2", 3), ("d8", 6, "f8", 9), ("w2", 11, "u2", 4)]:
-        with open(name + ("b" if order == ">" else "l") + ".mat", "wb") as file:
-            file.write(head + variable(order, b"x", cls, x, stored, kind))
-with open("outside.mat", "wb") as file:
-    file.write(head + variable(">", b"x", 9, x * 1000, "i4", 5))
-np.moveaxis(x, 2, 0).astype("<f4").tofile("expected.bin")
-)"));
-  for (const std::string name : {"d1l", "d2l", "d8l", "w2l", "d1b", "d2b", "d8b", "w2b"}) {
-    const Outcome outcome = convert(name + ".mat --as amplitude");
-    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
-    EXPECT_EQ(frames<float>("amplitude"), stored<float>("expected.bin")) << name;
-  }
-  EXPECT_THAT(convert("outside.mat --as amplitude").err, HasSubstr("values of the variable 'x' do not fit its type"));
-}
-
-TEST_F(Convert, FieldsOfMatlabsStructuresAreNamedWithDots) {
-  if (!python(R"(
-import scipy.io
-x = np.random.default_rng(6).integers(1, 4000, (6, 8, 5)).astype("u2")
-other = {"time": 3.5, "rows": [{"a": 1}, {"a": 2}], "empty": np.zeros((0, 3)), "name": "board"}
-for name, compressed in [("plain", False), ("packed", True)]:
-    content = {"S": {"first": other, "camera": {"amplitude": x, "range": x / 1000.0}, "last": 7}, "t": np.arange(3.0)}
-    scipy.io.savemat(name + ".mat", content, do_compression=compressed)
-scipy.io.savemat("words.mat", {"S": {"name": "board"}, "T": "text"})
-np.moveaxis(x, 2, 0).astype("<f4").tofile("expected.bin")
-)"))
-    GTEST_SKIP() << "SciPy is not installed";
-  for (const std::string name : {"plain.mat", "packed.mat"}) {
-    EXPECT_THAT(tofgraph("convert --inspect " + name).out,
-                AllOf(HasSubstr("S.camera.range"), HasSubstr("S.first.time"), Not(HasSubstr("rows"))));
-    const Outcome outcome = convert(name + " --as amplitude=S.camera.amplitude,range=S.camera.range --unit m");
-    ASSERT_EQ(outcome.exit_code, 0) << name << outcome.err;
-    EXPECT_EQ(frames<float>("amplitude"), stored<float>("expected.bin")) << name;
-    EXPECT_EQ(frames<float>("range")[17], static_cast<float>(stored<float>("expected.bin")[17] / 1000.0)) << name;
-  }
-  EXPECT_THAT(convert("words.mat --as amplitude").err,
-              HasSubstr("no variable that is an array of real numbers; it has: S, T"));
 }
 
 TEST_F(Convert, ASeriesOfPicturesIsInTheOrderOfItsNumbersAndItsGapsAreLostFrames) {
