@@ -125,8 +125,10 @@ std::pair<std::string, std::string> words_of(const Candidate& c, const Observati
 }
 
 /// Keeps the surfaces that are flat under some assumption, e.g. no spheres. Small ones must be about as flat as the
-/// largest one, because a small part of a sphere is nearly flat, too. @returns number of blocks of the removed surfaces
-std::size_t keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates) {
+/// largest one, because a small part of a sphere is nearly flat, too. @param facts tell what was removed
+/// @returns true if any was removed
+bool keep_planes(FlatnessTest& test, const Flatness& stated, const std::vector<Candidate>& candidates,
+                 std::vector<std::string>& facts) {
   std::vector<double> least = stated.surface_rms;
   for (const Candidate& c : candidates) {
     for (std::size_t s = 0; s < least.size(); ++s) least[s] = std::min(least[s], c.flatness.surface_rms[s]);
@@ -141,8 +143,12 @@ std::size_t keep_planes(FlatnessTest& test, const Flatness& stated, const std::v
     keep.push_back(least[s] < (small * blocks[s] < blocks[largest] ? limit : max_unevenness));
     removed += keep[s] ? 0 : blocks[s];
   }
-  if (removed > 0) test.keep(keep);
-  return removed;
+  if (removed == 0) return false;
+  const double share = static_cast<double>(removed) / static_cast<double>(test.surfaces().blocks.size());
+  facts.push_back(
+      fmt::format("{:.0f} % of the smooth surfaces are not planes under any of these assumptions", 100 * share));
+  test.keep(keep);
+  return true;
 }
 
 /// Adds the questions for which other answers leave the planes equally flat.
@@ -177,10 +183,7 @@ void add_flatness(Inspection& result, double scale) {
   said.scale = scale;
   Flatness stated = test(said);
   std::vector<Candidate> candidates = candidates_of(test, scale);
-  const std::size_t all = test.surfaces().blocks.size();
-  if (const std::size_t removed = all > 0 ? keep_planes(test, stated, candidates) : 0; removed > 0) {
-    result.facts.push_back(fmt::format("{:.0f} % of the smooth surfaces are not planes under any of these assumptions",
-                                       100 * static_cast<double>(removed) / static_cast<double>(all)));
+  if (test.surfaces().count > 0 && keep_planes(test, stated, candidates, result.facts)) {
     stated = test(said);
     candidates = candidates_of(test, scale);
   }
