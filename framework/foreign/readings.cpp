@@ -195,7 +195,7 @@ ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLay
       range.bits |= word;
       values.push_back({number_in(word, array.kind, array.bytes, layout), count});
     });
-  const double elements = static_cast<double>(bytes.size() / array.bytes);
+  const double elements = static_cast<double>(bytes.size()) / array.bytes;
   range.minimum = std::numeric_limits<double>::infinity(), range.maximum = -range.minimum;
   for (const auto& [value, count] : values) {
     const double share = static_cast<double>(count) / elements;
