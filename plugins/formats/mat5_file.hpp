@@ -307,7 +307,8 @@ class Mat5File {
       throw std::runtime_error("is damaged: a variable announces more values than the file holds");
   }
 
-  void add_array(std::uint32_t kind, std::vector<std::uint64_t> extents, const std::string& name, Stored stored) {
+  void add_array(std::uint32_t kind, std::vector<std::uint64_t> extents, const std::string& name,
+                 const Stored& stored) {
     constexpr std::uint64_t max_extent = std::uint64_t{1} << 30U;
     constexpr std::size_t max_rank = 6;
     if (extents.empty() || extents.size() > max_rank || elements_of(extents) == 0 ||
@@ -332,7 +333,7 @@ class Mat5File {
     array.text = "MATLAB";
     array.reversed = true;
     arrays_.push_back(std::move(array));
-    stored_.push_back(std::move(stored));
+    stored_.push_back(stored);
   }
 
   /// Calls visit(example of the C++ type) for a type of values in the file.
@@ -375,6 +376,14 @@ class Mat5File {
       });
     });
   }
+  template <class Wanted> static Wanted converted(double value, const std::string& name) {
+    if constexpr (std::is_integral_v<Wanted>) {
+      const double end = std::ldexp(1.0, std::numeric_limits<Wanted>::digits);
+      if (!(value >= static_cast<double>(std::numeric_limits<Wanted>::min()) && value < end))
+        throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
+    }
+    return static_cast<Wanted>(value);
+  }
   template <class Stored, class Wanted>
   void convert_values(std::span<const std::uint8_t> values, const std::string& name, std::uint8_t* out) const {
     if (std::is_same_v<Stored, Wanted> && !big_endian_) {
@@ -387,13 +396,11 @@ class Mat5File {
       if (big_endian_) std::ranges::reverse(one);
       Stored value;
       std::memcpy(&value, one.data(), sizeof value);
-      if constexpr (!std::is_same_v<Stored, Wanted> && std::is_integral_v<Wanted>) {
-        const auto number = static_cast<double>(value);
-        const double end = std::ldexp(1.0, std::numeric_limits<Wanted>::digits);
-        if (!(number >= static_cast<double>(std::numeric_limits<Wanted>::min()) && number < end))
-          throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
-      }
-      const auto wanted = static_cast<Wanted>(value);
+      Wanted wanted;
+      if constexpr (std::is_same_v<Stored, Wanted>)
+        wanted = value;
+      else
+        wanted = converted<Wanted>(static_cast<double>(value), name);
       std::memcpy(out + i * sizeof(Wanted), &wanted, sizeof wanted);
     }
   }
