@@ -6,7 +6,7 @@
 #include <hwy/foreach_target.h>
 // The order matters: Highway first.
 #include <hwy/highway.h>
-#include <tofgraph/format.h>
+#include <tofgraph/file_format.hpp>
 
 #include <cmath>
 #include <cstring>
@@ -43,24 +43,8 @@ template <class T> bool ConvertType(const std::uint8_t* HWY_RESTRICT in, std::si
 
 bool Convert(ElementType type, const std::uint8_t* in, std::size_t count, LinearScale conversion, float largest,
              float* out) {
-  const bool is_signed = type.kind == TOFGRAPH_ELEMENT_SIGNED;
-  if (type.kind == TOFGRAPH_ELEMENT_FLOAT)
-    return type.bytes == 4 ? ConvertType<float>(in, count, conversion, largest, out)
-                           : ConvertType<double>(in, count, conversion, largest, out);
-  switch (type.bytes) {
-    case 1:
-      return is_signed ? ConvertType<std::int8_t>(in, count, conversion, largest, out)
-                       : ConvertType<std::uint8_t>(in, count, conversion, largest, out);
-    case 2:
-      return is_signed ? ConvertType<std::int16_t>(in, count, conversion, largest, out)
-                       : ConvertType<std::uint16_t>(in, count, conversion, largest, out);
-    case 4:
-      return is_signed ? ConvertType<std::int32_t>(in, count, conversion, largest, out)
-                       : ConvertType<std::uint32_t>(in, count, conversion, largest, out);
-    default:
-      return is_signed ? ConvertType<std::int64_t>(in, count, conversion, largest, out)
-                       : ConvertType<std::uint64_t>(in, count, conversion, largest, out);
-  }
+  return with_element(type,
+                      [&](auto zero) { return ConvertType<decltype(zero)>(in, count, conversion, largest, out); });
 }
 
 }  // namespace tofgraph::foreign::HWY_NAMESPACE

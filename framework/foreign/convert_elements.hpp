@@ -3,15 +3,12 @@
 /// @file Conversion of contiguous elements, with the vector instructions of the processor.
 #pragma once
 
+#include <tofgraph/file_format.hpp>
+
 #include <cstddef>
 #include <cstdint>
 
 namespace tofgraph::foreign {
-
-/// Type of the elements of an array, as in tofgraph_file_array.
-struct ElementType {
-  std::uint32_t kind, bytes;
-};
 
 /// (value - zero) scale, computed in double precision.
 struct LinearScale {

@@ -39,14 +39,6 @@ bool fits(Axis axis, std::uint64_t extent, const tofgraph_camera* camera) {
   return false;
 }
 
-template <class T> void append(const std::vector<std::uint8_t>& bytes, std::vector<double>& values) {
-  for (std::size_t i = 0; i + sizeof(T) <= bytes.size(); i += sizeof(T)) {
-    T value;
-    std::memcpy(&value, &bytes[i], sizeof value);
-    values.push_back(static_cast<double>(value));
-  }
-}
-
 /// Number of occurrences of each word of a type; a table for more than two bytes would be larger than any image.
 template <class T> std::vector<std::uint32_t> counts_of(const std::vector<std::uint8_t>& bytes) {
   std::vector<std::uint32_t> counts(std::size_t{std::numeric_limits<T>::max()} + 1);
@@ -121,17 +113,12 @@ std::vector<std::vector<Axis>> possible_axes(const std::vector<std::uint64_t>& s
 
 std::vector<double> numbers_of(const FileArray& array, const std::vector<std::uint8_t>& bytes) {
   std::vector<double> values;
-  const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
-  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
-    array.bytes == 4 ? append<float>(bytes, values) : append<double>(bytes, values);
-  else if (array.bytes == 1)
-    is_signed ? append<std::int8_t>(bytes, values) : append<std::uint8_t>(bytes, values);
-  else if (array.bytes == 2)
-    is_signed ? append<std::int16_t>(bytes, values) : append<std::uint16_t>(bytes, values);
-  else if (array.bytes == 4)
-    is_signed ? append<std::int32_t>(bytes, values) : append<std::uint32_t>(bytes, values);
-  else
-    is_signed ? append<std::int64_t>(bytes, values) : append<std::uint64_t>(bytes, values);
+  with_element({array.kind, array.bytes}, [&](auto value) {
+    for (std::size_t i = 0; i + sizeof value <= bytes.size(); i += sizeof value) {
+      std::memcpy(&value, &bytes[i], sizeof value);
+      values.push_back(static_cast<double>(value));
+    }
+  });
   return values;
 }
 

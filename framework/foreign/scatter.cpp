@@ -176,24 +176,7 @@ void scatter(const FileArray& array, const std::uint8_t* in, std::span<const Axi
   std::uint64_t words = 1;
   for (const AxisStep& axis : steps) words *= axis.extent;
   if (c.dropped != nullptr) c.dropped->words += words;
-  const bool is_signed = array.kind == TOFGRAPH_ELEMENT_SIGNED;
-  if (array.kind == TOFGRAPH_ELEMENT_FLOAT)
-    return array.bytes == 4 ? scatter_from<float>(in, steps, c, out, flags)
-                            : scatter_from<double>(in, steps, c, out, flags);
-  switch (array.bytes) {
-    case 1:
-      return is_signed ? scatter_from<std::int8_t>(in, steps, c, out, flags)
-                       : scatter_from<std::uint8_t>(in, steps, c, out, flags);
-    case 2:
-      return is_signed ? scatter_from<std::int16_t>(in, steps, c, out, flags)
-                       : scatter_from<std::uint16_t>(in, steps, c, out, flags);
-    case 4:
-      return is_signed ? scatter_from<std::int32_t>(in, steps, c, out, flags)
-                       : scatter_from<std::uint32_t>(in, steps, c, out, flags);
-    default:
-      return is_signed ? scatter_from<std::int64_t>(in, steps, c, out, flags)
-                       : scatter_from<std::uint64_t>(in, steps, c, out, flags);
-  }
+  with_element({array.kind, array.bytes}, [&](auto zero) { scatter_from<decltype(zero)>(in, steps, c, out, flags); });
 }
 
 void mark_invalid_points(float* points, std::uint16_t* flags, std::uint64_t pixels, io::RefusedLengths& refused) {

@@ -44,18 +44,7 @@ inline bool store_number(std::string_view text, const CloudField& field, std::ui
     return true;
   };
   if (text.starts_with('+')) text.remove_prefix(1);
-  if (field.kind == TOFGRAPH_ELEMENT_FLOAT) return field.bytes == 4 ? store(float{}) : store(double{});
-  const bool is_signed = field.kind == TOFGRAPH_ELEMENT_SIGNED;
-  switch (field.bytes) {
-    case 1:
-      return is_signed ? store(std::int8_t{}) : store(std::uint8_t{});
-    case 2:
-      return is_signed ? store(std::int16_t{}) : store(std::uint16_t{});
-    case 4:
-      return is_signed ? store(std::int32_t{}) : store(std::uint32_t{});
-    default:
-      return is_signed ? store(std::int64_t{}) : store(std::uint64_t{});
-  }
+  return with_element({field.kind, field.bytes}, store);
 }
 
 /// Reads a whole file. @throws std::runtime_error

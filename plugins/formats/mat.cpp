@@ -9,6 +9,7 @@
 
 #include "io/captures/array_file.hpp"
 #include "plugins/formats/mat5_file.hpp"
+#include "plugins/formats/mat5_part.hpp"
 
 namespace tofgraph {
 

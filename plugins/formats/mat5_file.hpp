@@ -5,7 +5,6 @@
 /// hangs or fills the memory on damaged files, and returns wrong parts of arrays with four axes.
 #pragma once
 
-#include <zlib.h>
 #include <tofgraph/file_format.hpp>
 
 #include <algorithm>
@@ -16,14 +15,14 @@
 #include <fstream>
 #include <limits>
 #include <map>
-#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include "plugins/formats/mat5_part.hpp"
 
 namespace tofgraph {
 
@@ -55,7 +54,7 @@ class Mat5File {
   void read(std::size_t index, std::uint64_t first, std::uint64_t count, void* out) {
     const FileArray& array = arrays_[index];
     const Stored& stored = stored_[index];
-    const std::uint64_t slice = array.elements() / array.extent[0], bytes = size_of(stored.type);
+    const std::uint64_t slice = array.elements() / array.extent[0], bytes = stored.type.bytes;
     const std::uint64_t position = stored.position + first * slice * bytes, length = count * slice * bytes;
     if (stored.variable.is_compressed) {
       const Bytes& all = inflated(stored.variable);
@@ -69,74 +68,9 @@ class Mat5File {
   }
 
  private:
-  using Bytes = std::vector<std::uint8_t>;
+  using Part = Mat5Part;
+  using Bytes = Part::Bytes;
   static constexpr std::uint32_t matrix = 14, compressed = 15;  // types of elements
-
-  /// Part of the file, read in order, and inflated if asked for.
-  class Part {
-   public:
-    Part(std::istream& in, std::uint64_t length) : in_(&in), left_(length) {}
-    void inflate() {
-      stream_ = std::unique_ptr<z_stream, End>(new z_stream{});
-      if (inflateInit(stream_.get()) != Z_OK) throw std::runtime_error("cannot be inflated: no memory");
-    }
-    /// Returns the next bytes, fewer at the end.
-    Bytes bytes(std::uint64_t count) {
-      Bytes result = stream_ ? inflated(count) : stored(count);
-      position_ += result.size();
-      return result;
-    }
-    void skip(std::uint64_t count) {
-      if (!stream_) {
-        count = std::min(count, left_);
-        in_->seekg(static_cast<std::streamoff>(count), std::ios::cur);
-        left_ -= count;
-        position_ += count;
-        return;
-      }
-      while (count > 0) {
-        const std::uint64_t read = bytes(std::min(count, buffer_size)).size();
-        if (read == 0) return;
-        count -= read;
-      }
-    }
-    std::uint64_t position() const { return position_; }
-
-   private:
-    static constexpr std::uint64_t buffer_size = 65536;
-    struct End {
-      void operator()(z_stream* stream) const {
-        inflateEnd(stream);
-        delete stream;
-      }
-    };
-    Bytes stored(std::uint64_t count) {
-      Bytes result(std::min(count, left_));
-      in_->read(reinterpret_cast<char*>(result.data()), static_cast<std::streamsize>(result.size()));
-      result.resize(static_cast<std::size_t>(in_->gcount()));
-      left_ -= result.size();
-      return result;
-    }
-    Bytes inflated(std::uint64_t count) {
-      Bytes result(count);
-      stream_->next_out = result.data();
-      stream_->avail_out = static_cast<uInt>(count);
-      do {
-        if (stream_->avail_in == 0) {
-          buffer_ = stored(buffer_size);
-          stream_->next_in = buffer_.data();
-          stream_->avail_in = static_cast<uInt>(buffer_.size());
-        }
-      } while (stream_->avail_out > 0 && ::inflate(stream_.get(), Z_SYNC_FLUSH) == Z_OK);
-      result.resize(count - stream_->avail_out);
-      return result;
-    }
-
-    std::istream* in_;
-    std::uint64_t left_, position_ = 0;
-    std::unique_ptr<z_stream, End> stream_;
-    Bytes buffer_;
-  };
 
   /// Variable in the file.
   struct Variable {
@@ -149,7 +83,7 @@ class Mat5File {
   struct Stored {
     Variable variable;
     std::uint64_t position = 0;  ///< in the variable, inflated if it is compressed
-    std::uint32_t type = 0;
+    ElementType type;
   };
   /// Element of a variable.
   struct Element {
@@ -243,7 +177,7 @@ class Mat5File {
       check_values(values, elements_of(extents), variable);
       if ((flags & complex) == 0) {
         const std::uint64_t position = part.position() - values.within.size();
-        add_array(kind, std::move(extents), path, {variable, position, values.type});
+        add_array(kind, std::move(extents), path, {variable, position, type_of(values.type)});
       }
     }
     return path;
@@ -291,13 +225,27 @@ class Mat5File {
     return elements;
   }
 
-  /// Bytes of a value; 0: no type of numbers.
-  static std::uint32_t size_of(std::uint32_t type) {
-    static constexpr std::array<std::uint32_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
-    return type < sizes.size() ? sizes[type] : 0;
+  /// Type of values in the file; 0 bytes: no type of numbers.
+  static ElementType type_of(std::uint32_t type) {
+    constexpr std::uint32_t s = TOFGRAPH_ELEMENT_SIGNED, u = TOFGRAPH_ELEMENT_UNSIGNED, f = TOFGRAPH_ELEMENT_FLOAT;
+    static constexpr std::array<ElementType, 14> types = {{{f, 0},
+                                                           {s, 1},
+                                                           {u, 1},
+                                                           {s, 2},
+                                                           {u, 2},
+                                                           {s, 4},
+                                                           {u, 4},
+                                                           {f, 4},
+                                                           {f, 0},
+                                                           {f, 8},
+                                                           {f, 0},
+                                                           {f, 0},
+                                                           {s, 8},
+                                                           {u, 8}}};
+    return type < types.size() ? types[type] : types[0];
   }
   static void check_values(const Element& values, std::uint64_t elements, const Variable& variable) {
-    const std::uint32_t size = size_of(values.type);
+    const std::uint32_t size = type_of(values.type).bytes;
     const bool fits = values.within.empty() || values.length <= values.within.size();
     if (!fits || size == 0 || values.length % size != 0 || values.length / size != elements)
       throw std::runtime_error(
@@ -315,19 +263,11 @@ class Mat5File {
         std::ranges::any_of(extents, [](std::uint64_t extent) { return extent > max_extent; }))
       return;
     // From MATLAB's double, single, int8, uint8, int16, uint16, .. uint64.
-    static constexpr std::array<std::pair<std::uint32_t, std::uint32_t>, 10> classes = {
-        {{TOFGRAPH_ELEMENT_FLOAT, 8},
-         {TOFGRAPH_ELEMENT_FLOAT, 4},
-         {TOFGRAPH_ELEMENT_SIGNED, 1},
-         {TOFGRAPH_ELEMENT_UNSIGNED, 1},
-         {TOFGRAPH_ELEMENT_SIGNED, 2},
-         {TOFGRAPH_ELEMENT_UNSIGNED, 2},
-         {TOFGRAPH_ELEMENT_SIGNED, 4},
-         {TOFGRAPH_ELEMENT_UNSIGNED, 4},
-         {TOFGRAPH_ELEMENT_SIGNED, 8},
-         {TOFGRAPH_ELEMENT_UNSIGNED, 8}}};
+    static constexpr std::array<std::uint32_t, 10> types = {9, 7, 1, 2, 3, 4, 5, 6, 12, 13};  // as of values
+    const ElementType type = type_of(types.at(kind - 6));
     FileArray array;
-    std::tie(array.kind, array.bytes) = classes.at(kind - 6);
+    array.kind = type.kind;
+    array.bytes = type.bytes;
     array.extent.assign(extents.rbegin(), extents.rend());
     array.name = name;
     array.text = "MATLAB";
@@ -336,42 +276,10 @@ class Mat5File {
     stored_.push_back(stored);
   }
 
-  /// Calls visit(example of the C++ type) for a type of values in the file.
-  template <class Visit> static void with_type(std::uint32_t type, Visit&& visit) {
-    switch (type) {
-      case 1:
-        return visit(std::int8_t{});
-      case 2:
-        return visit(std::uint8_t{});
-      case 3:
-        return visit(std::int16_t{});
-      case 4:
-        return visit(std::uint16_t{});
-      case 5:
-        return visit(std::int32_t{});
-      case 6:
-        return visit(std::uint32_t{});
-      case 7:
-        return visit(float{});
-      case 9:
-        return visit(double{});
-      case 12:
-        return visit(std::int64_t{});
-      default:
-        return visit(std::uint64_t{});
-    }
-  }
-  /// Type of values in the file that an array has in memory.
-  static std::uint32_t type_of(const FileArray& array) {
-    if (array.kind == TOFGRAPH_ELEMENT_FLOAT) return array.bytes == 4 ? 7 : 9;
-    const std::uint32_t is_unsigned = array.kind == TOFGRAPH_ELEMENT_UNSIGNED ? 1 : 0;
-    return (array.bytes == 8 ? 12 : array.bytes == 4 ? 5 : array.bytes == 2 ? 3 : 1) + is_unsigned;
-  }
-
   /// Converts values to the type of their array: MATLAB stores a double in fewer bytes if that loses nothing.
-  void convert(std::span<const std::uint8_t> values, std::uint32_t type, const FileArray& array, void* out) const {
-    with_type(type, [&](auto stored) {
-      with_type(type_of(array), [&](auto wanted) {
+  void convert(std::span<const std::uint8_t> values, ElementType type, const FileArray& array, void* out) const {
+    with_element(type, [&](auto stored) {
+      with_element({array.kind, array.bytes}, [&](auto wanted) {
         convert_values<decltype(stored), decltype(wanted)>(values, array.name, static_cast<std::uint8_t*>(out));
       });
     });

@@ -5,11 +5,33 @@
 
 #include <tofgraph/format.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace tofgraph {
+
+/// Type of the elements of an array; see tofgraph_file_array.
+struct ElementType {
+  std::uint32_t kind = TOFGRAPH_ELEMENT_FLOAT, bytes = 4;
+};
+
+/// Returns visit(zero of the C++ type of such elements), for example of std::int16_t.
+template <class Visit> auto with_element(ElementType type, Visit&& visit) {
+  if (type.kind == TOFGRAPH_ELEMENT_FLOAT) return type.bytes == 4 ? visit(float{}) : visit(double{});
+  const bool is_signed = type.kind == TOFGRAPH_ELEMENT_SIGNED;
+  switch (type.bytes) {
+    case 1:
+      return is_signed ? visit(std::int8_t{}) : visit(std::uint8_t{});
+    case 2:
+      return is_signed ? visit(std::int16_t{}) : visit(std::uint16_t{});
+    case 4:
+      return is_signed ? visit(std::int32_t{}) : visit(std::uint32_t{});
+    default:
+      return is_signed ? visit(std::int64_t{}) : visit(std::uint64_t{});
+  }
+}
 
 /// Array of a file; see tofgraph_file_array.
 struct FileArray {
