@@ -18,27 +18,34 @@
 HWY_BEFORE_NAMESPACE();
 namespace tofgraph::foreign::HWY_NAMESPACE {
 
+/// Converts with a measurement's condition known to the compiler, which vectorises the single pass.
+template <class T, class Number, class IsMeasurement>
+bool ConvertEach(const std::uint8_t* HWY_RESTRICT in, std::size_t count, Number number, IsMeasurement is_measurement,
+                 float* HWY_RESTRICT out) {
+  int wrong = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, in + i * sizeof(T), sizeof value);
+    out[i] = number(value);
+    wrong |= 1 - is_measurement(out[i]);
+  }
+  return wrong == 0;
+}
+
 template <class T> bool ConvertType(const std::uint8_t* HWY_RESTRICT in, std::size_t count, LinearScale conversion,
                                     float largest, float* HWY_RESTRICT out) {
   const double zero = conversion.zero, scale = conversion.scale;
-  if (std::is_same_v<T, float> && zero == 0 && scale == 1) {
-    std::memcpy(out, in, count * sizeof(T));
-  } else {
-    for (std::size_t i = 0; i < count; ++i) {
-      T value;
-      std::memcpy(&value, in + i * sizeof(T), sizeof value);
-      out[i] = static_cast<float>((static_cast<double>(value) - zero) * scale);
-    }
+  const auto is_length = [largest](float v) { return static_cast<int>(v > 0) & static_cast<int>(v <= largest); };
+  const auto is_finite = [](float v) { return static_cast<int>(std::abs(v) <= std::numeric_limits<float>::max()); };
+  const auto convert = [&](auto number) {
+    return largest > 0 ? ConvertEach<T>(in, count, number, is_length, out)
+                       : ConvertEach<T>(in, count, number, is_finite, out);
+  };
+  if constexpr (std::is_same_v<T, float>) {
+    if (zero == 0 && scale == 1) return convert([](float value) { return value; });
   }
-  int wrong = 0;
-  if (largest > 0) {
-    for (std::size_t i = 0; i < count; ++i)
-      wrong |= 1 - (static_cast<int>(out[i] > 0) & static_cast<int>(out[i] <= largest));
-  } else {
-    for (std::size_t i = 0; i < count; ++i)
-      wrong |= 1 - static_cast<int>(std::abs(out[i]) <= std::numeric_limits<float>::max());
-  }
-  return wrong == 0;
+  if (zero == 0) return convert([scale](T value) { return static_cast<float>(static_cast<double>(value) * scale); });
+  return convert([=](T value) { return static_cast<float>((static_cast<double>(value) - zero) * scale); });
 }
 
 bool Convert(ElementType type, const std::uint8_t* in, std::size_t count, LinearScale conversion, float largest,

@@ -23,7 +23,7 @@ bool is_full_word(double value) {
 
 /// Sorts values and joins those that are equal.
 void join_equal(std::vector<CountedValue>& values) {
-  std::ranges::sort(values, {}, &CountedValue::value);
+  if (!std::ranges::is_sorted(values, {}, &CountedValue::value)) std::ranges::sort(values, {}, &CountedValue::value);
   auto last = values.begin();
   for (auto next = values.begin(); next != values.end(); ++next) {
     if (next == last) continue;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading files of other programs into channels, compared with a plain memory copy of the same size. 100 MB, larger
-// than any processor cache, but within the file system's cache.
+// Reading files of other programs into channels, compared with a plain memory copy and with a plain conversion in
+// memory. All are larger than any processor cache; files are within the file system's cache. Rates count the bytes that
+// are moved: those of the input and those of the output.
 #include "foreign/foreign_frames.hpp"
 #include "foreign/layout.hpp"
 #include "io/profile.hpp"
@@ -38,6 +39,12 @@ template <class T> std::filesystem::path array_of(const tests::TemporaryFolder& 
   return file;
 }
 
+/// Counts elements of T that become float.
+template <class T> void count_moved(benchmark::State& state) {
+  state.SetBytesProcessed(static_cast<std::int64_t>(static_cast<std::size_t>(state.iterations()) * frames * pixels *
+                                                    (sizeof(T) + sizeof(float))));
+}
+
 template <class T> void npy(benchmark::State& state, const char* type, double most, const char* unit) {
   const tests::TemporaryFolder folder;
   const std::filesystem::path file = array_of<T>(folder, type, most);
@@ -55,7 +62,7 @@ template <class T> void npy(benchmark::State& state, const char* type, double mo
     for (std::size_t i = 0; i < frames; ++i) reader.read(i, 0, depth.data(), flags.data());
     benchmark::DoNotOptimize(depth.data());
   }
-  state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * frames * pixels * sizeof(T)));
+  count_moved<T>(state);
 }
 
 void npy_float32(benchmark::State& state) { npy<float>(state, "<f4", 7, "m"); }
@@ -69,10 +76,22 @@ void copy(benchmark::State& state) {
     std::memcpy(to.data(), from.data(), to.size() * sizeof(float));
     benchmark::DoNotOptimize(to.data());
   }
-  state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * frames * pixels * sizeof(float)));
+  count_moved<float>(state);
+}
+
+/// The reference of uint16: the same conversion of an array in memory by a loop.
+void conversion_by_hand(benchmark::State& state) {
+  const std::vector<std::uint16_t> from(frames * pixels, 1500);
+  std::vector<float> to(frames * pixels);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = static_cast<float>(from[i] * 0.001);
+    benchmark::DoNotOptimize(to.data());
+  }
+  count_moved<std::uint16_t>(state);
 }
 
 BENCHMARK(copy)->Unit(benchmark::kMillisecond);
+BENCHMARK(conversion_by_hand)->Unit(benchmark::kMillisecond);
 BENCHMARK(npy_float32)->Unit(benchmark::kMillisecond);
 BENCHMARK(npy_uint16)->Unit(benchmark::kMillisecond);
 
