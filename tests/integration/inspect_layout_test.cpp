@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
+// Slow: InspectLayout.RightHeaders*:InspectLayout.A*HeaderOfAnotherSize*
 // Rooms: inspection foreign plugins
 // Layouts of files with headers: wrong header sizes are found, and signed 12-bit words are read.
 #include <gmock/gmock.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: BentBoards.AreNoEffect*:OneBentBoard.*
+// Slow: BentBoards.AreNoEffect*:BentBoards.OneShapeForAllIsNone:OneBentBoard.*
 // Rooms: diagnosis simulation
 // Boards that are not flat do not give an effect of the camera, and effects of the camera are not attributed to boards.
 #include "diagnosis/model/board_nuisances.hpp"
