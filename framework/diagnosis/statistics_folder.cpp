@@ -86,7 +86,7 @@ io::Campaign read_checked(const fs::path& file, const config::Shard& shard) {
 
 /// Asks the system to read a file from the disk meanwhile. Without effect if it cannot.
 void read_ahead(const fs::path& file) {
-  constexpr off_t step = off_t{1} << 20U;  // more at once is cut off
+  constexpr off_t step = off_t{128} << 10U;  // Linux cuts each request off at the limit of the device
   const int number = open(file.c_str(), O_RDONLY | O_CLOEXEC);
   if (number < 0) return;
   const off_t size = lseek(number, 0, SEEK_END);

@@ -58,6 +58,7 @@ struct MatFile final : FileFormat {
       add(std::move(array));
       places_.push_back(i);
     }
+    if (arrays().empty()) throw std::runtime_error("has no variable that is an array of real numbers");
   }
 
   std::optional<Mat5File> version_5_;

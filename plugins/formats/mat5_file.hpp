@@ -71,6 +71,7 @@ class Mat5File {
   using Part = Mat5Part;
   using Bytes = Part::Bytes;
   static constexpr std::uint32_t matrix = 14, compressed = 15;  // types of elements
+  static constexpr std::size_t max_name = 4096, max_arrays = 4096;
 
   /// Variable in the file.
   struct Variable {
@@ -119,16 +120,22 @@ class Mat5File {
     return bytes;
   }
 
-  /// All bytes of a compressed variable. Any part is inflated from the beginning, so it is done once.
+  /// All bytes of a compressed variable. Any part is inflated from the beginning, so it is done once, unless the
+  /// variables that are read do not fit into the memory allowed.
   const Bytes& inflated(const Variable& variable) {
-    Bytes& all = inflated_[variable.at];
-    if (!all.empty()) return all;
+    constexpr std::uint64_t allowed = std::uint64_t{2} << 30U;
+    const auto known = inflated_.find(variable.at);
+    if (known != inflated_.end()) return known->second;
+    std::uint64_t kept = variable.inflated;
+    for (const auto& [at, bytes] : inflated_) kept += bytes.size();
+    if (kept > allowed) inflated_.clear();
     Part part = part_at(variable.at, variable.length);
     part.inflate();
     Bytes bytes = part.bytes(variable.inflated);
     if (bytes.size() < variable.inflated) throw std::runtime_error("is damaged: a compressed variable cannot be read");
-    all = std::move(bytes);
-    return all;
+    if (!part.ends())
+      throw std::runtime_error("is damaged: a compressed variable does not agree with its checksum, or has no end");
+    return inflated_[variable.at] = std::move(bytes);
   }
 
   void add_variable(Variable variable) {
@@ -142,26 +149,27 @@ class Mat5File {
       variable.inflated = 8 + std::uint64_t{number(tag, 4)};
     }
     const std::size_t before = arrays_.size();
-    const std::string name = add(part, variable, "", 0);
+    const std::string name = add(part, variable, "", 0, variable.is_compressed ? variable.inflated : variable.length);
     if (arrays_.size() == before && !name.empty()) ignored_.push_back(name);
   }
 
   /// Rejects decompression bombs. Deflate reaches 1032 for zeros; measured values compress less than tenfold.
-  static void refuse_bomb(std::uint32_t compressed, std::uint32_t inflated) {
-    constexpr std::uint32_t possible = 1032;
-    if (inflated / possible > compressed)
+  static void refuse_bomb(std::uint32_t stored, std::uint32_t announced) {
+    constexpr std::uint32_t possible = 1032, longest = std::numeric_limits<std::uint32_t>::max() - 16;
+    if (announced / possible > stored || announced > longest)
       throw std::runtime_error("is damaged: a compressed variable announces more bytes than it can hold");
     constexpr std::uint32_t large = std::uint32_t{1} << 30U, most = 200;
-    if (inflated < large || inflated / most < compressed) return;
-    throw std::runtime_error("has a variable of " + std::to_string(compressed) + " bytes, which would become " +
-                             std::to_string(inflated) + ", over " + std::to_string(most) +
+    if (announced < large || announced / most < stored) return;
+    throw std::runtime_error("has a variable of " + std::to_string(stored) + " bytes, which would become " +
+                             std::to_string(announced) + ", over " + std::to_string(most) +
                              " times as many: no measurement compresses that well. If this is intended, save it "
                              "without compression (version 6)");
   }
 
   /// Adds the arrays of a variable or field, whose elements are flags, sizes, name and values.
-  /// @param path name with those of the structures around it; empty: a variable, named by itself @returns its name
-  std::string add(Part& part, const Variable& variable, std::string path, int depth) {
+  /// @param path name with those of the structures around it; empty: a variable, named by itself
+  /// @param end of the elements, as a position in the variable @returns its name
+  std::string add(Part& part, const Variable& variable, std::string path, int depth, std::uint64_t end) {
     constexpr std::uint32_t structure = 2, first_numeric = 6, last_numeric = 15, complex = 0x800;
     const Bytes flag_bytes = content(part, next(part));
     const std::uint32_t flags = flag_bytes.size() >= 4 ? number(flag_bytes, 0) : 0, kind = flags & 0xffU;
@@ -170,11 +178,12 @@ class Mat5File {
     const Bytes name = content(part, next(part));
     if (path.empty()) path = text_of(name);
     if (path.empty()) return path;  // MATLAB's own data at the end of the file
+    if (path.size() > max_name) throw std::runtime_error("is damaged: a variable has a name of over 4096 characters");
     if (kind == structure) {
       add_fields(part, variable, elements_of(extents), path, depth);
     } else if (kind >= first_numeric) {
       const Element values = next(part);
-      check_values(values, elements_of(extents), variable);
+      check_values(values, elements_of(extents), end - std::min(end, part.position()));
       if ((flags & complex) == 0) {
         const std::uint64_t position = part.position() - values.within.size();
         add_array(kind, std::move(extents), path, {variable, position, type_of(values.type)});
@@ -196,7 +205,7 @@ class Mat5File {
       const std::uint64_t begin = part.position();
       if (!field.found || field.type != matrix)
         throw std::runtime_error("is damaged: a structure has fewer fields than announced");
-      if (field.length > 0) add(part, variable, path + "." + text_of(name), depth + 1);
+      if (field.length > 0) add(part, variable, path + "." + text_of(name), depth + 1, begin + field.length);
       const std::uint64_t read = part.position() - begin;
       if (read > field.length) throw std::runtime_error("is damaged: a field of a structure is longer than announced");
       part.skip(field.length - read);
@@ -244,15 +253,16 @@ class Mat5File {
                                                            {u, 8}}};
     return type < types.size() ? types[type] : types[0];
   }
-  static void check_values(const Element& values, std::uint64_t elements, const Variable& variable) {
+  /// @param left bytes up to the end of the elements
+  static void check_values(const Element& values, std::uint64_t elements, std::uint64_t left) {
     const std::uint32_t size = type_of(values.type).bytes;
     const bool fits = values.within.empty() || values.length <= values.within.size();
     if (!fits || size == 0 || values.length % size != 0 || values.length / size != elements)
       throw std::runtime_error(
           "is damaged: the values of a variable are of an unknown type, or their number differs from the announced "
           "one");
-    if (values.length > (variable.is_compressed ? variable.inflated : variable.length))
-      throw std::runtime_error("is damaged: a variable announces more values than the file holds");
+    if (values.within.empty() && values.length > left)
+      throw std::runtime_error("is damaged: a variable announces more values than it holds");
   }
 
   void add_array(std::uint32_t kind, std::vector<std::uint64_t> extents, const std::string& name,
@@ -265,6 +275,11 @@ class Mat5File {
     // From MATLAB's double, single, int8, uint8, int16, uint16, .. uint64.
     static constexpr std::array<std::uint32_t, 10> types = {9, 7, 1, 2, 3, 4, 5, 6, 12, 13};  // as of values
     const ElementType type = type_of(types.at(kind - 6));
+    if (std::ranges::find(arrays_, name, &FileArray::name) != arrays_.end())
+      throw std::runtime_error("is damaged: it has two variables '" + name + "'");
+    if (arrays_.size() == max_arrays)
+      throw std::runtime_error("has more than " + std::to_string(max_arrays) +
+                               " variables: save those to be read in a file of their own");
     FileArray array;
     array.kind = type.kind;
     array.bytes = type.bytes;
@@ -284,13 +299,25 @@ class Mat5File {
       });
     });
   }
-  template <class Wanted> static Wanted converted(double value, const std::string& name) {
-    if constexpr (std::is_integral_v<Wanted>) {
+  template <class Wanted, class Stored> static Wanted converted(Stored value, const std::string& name) {
+    bool exact = true;
+    if constexpr (std::is_integral_v<Stored> && std::is_integral_v<Wanted>) {
+      exact = std::in_range<Wanted>(value);
+    } else if constexpr (std::is_integral_v<Stored>) {
+      constexpr std::int64_t largest = std::int64_t{1} << std::numeric_limits<Wanted>::digits;
+      exact = std::cmp_less_equal(value, largest) && std::cmp_greater_equal(value, -largest);
+    } else if constexpr (std::is_integral_v<Wanted>) {
       const double end = std::ldexp(1.0, std::numeric_limits<Wanted>::digits);
-      if (!(value >= static_cast<double>(std::numeric_limits<Wanted>::min()) && value < end))
-        throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
+      const double number = static_cast<double>(value), begin = static_cast<double>(std::numeric_limits<Wanted>::min());
+      exact = number >= begin && number < end && number == std::floor(number);
+    } else {
+      constexpr double largest = std::numeric_limits<Wanted>::max();
+      const double number = static_cast<double>(value);
+      exact = !std::isfinite(number) ||
+              (std::abs(number) <= largest && static_cast<double>(static_cast<Wanted>(number)) == number);
     }
-    return static_cast<Wanted>(value);
+    if (exact) return static_cast<Wanted>(value);
+    throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
   }
   template <class Stored, class Wanted>
   void convert_values(std::span<const std::uint8_t> values, const std::string& name, std::uint8_t* out) const {
@@ -308,7 +335,7 @@ class Mat5File {
       if constexpr (std::is_same_v<Stored, Wanted>)
         wanted = value;
       else
-        wanted = converted<Wanted>(static_cast<double>(value), name);
+        wanted = converted<Wanted>(value, name);
       std::memcpy(out + i * sizeof(Wanted), &wanted, sizeof wanted);
     }
   }

@@ -45,6 +45,11 @@ class Mat5Part {
     }
   }
   std::uint64_t position() const { return position_; }
+  /// Returns whether inflated data end here, up to a padding, and agree with their checksum.
+  bool ends() {
+    constexpr std::uint64_t padding = 8;
+    return bytes(padding).size() < padding && result_ == Z_STREAM_END;
+  }
 
  private:
   static constexpr std::uint64_t buffer_size = 65536;
@@ -65,13 +70,14 @@ class Mat5Part {
     Bytes result(count);
     stream_->next_out = result.data();
     stream_->avail_out = static_cast<uInt>(count);
-    do {
+    while (stream_->avail_out > 0 && result_ == Z_OK) {
       if (stream_->avail_in == 0) {
         buffer_ = stored(buffer_size);
         stream_->next_in = buffer_.data();
         stream_->avail_in = static_cast<uInt>(buffer_.size());
       }
-    } while (stream_->avail_out > 0 && ::inflate(stream_.get(), Z_SYNC_FLUSH) == Z_OK);
+      result_ = ::inflate(stream_.get(), Z_SYNC_FLUSH);
+    }
     result.resize(count - stream_->avail_out);
     return result;
   }
@@ -79,6 +85,7 @@ class Mat5Part {
   std::istream* in_;
   std::uint64_t left_, position_ = 0;
   std::unique_ptr<z_stream, End> stream_;
+  int result_ = Z_OK;  // of the last call of inflate
   Bytes buffer_;
 };
 

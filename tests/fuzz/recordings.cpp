@@ -20,15 +20,15 @@ void foreign_file(const std::string& name, std::string_view bytes) {
   try {
     const foreign::ForeignFile file(formats, file_of(bytes, name));
     for (std::size_t i = 0; i < file.arrays().size(); ++i) {
-      const std::vector<std::uint64_t> shape = foreign::shape_of(file.arrays()[i]);
-      if (shape.empty() || shape[0] == 0) continue;
+      const std::vector<std::uint64_t>& extent = file.arrays()[i].extent;  // slowest axis first
+      if (extent.empty() || extent[0] == 0) continue;
       std::uint64_t slice = file.arrays()[i].bytes;
-      for (std::size_t axis = 1; axis < shape.size() && slice < largest; ++axis)
-        slice = shape[axis] == 0 ? 0 : slice > largest / shape[axis] ? largest : slice * shape[axis];
+      for (std::size_t axis = 1; axis < extent.size() && slice < largest; ++axis)
+        slice = extent[axis] == 0 ? 0 : slice > largest / extent[axis] ? largest : slice * extent[axis];
       if (slice >= largest) continue;
       std::vector<std::uint8_t> out(std::max<std::size_t>(slice, 1));
       file.read(i, 0, 1, out.data());
-      file.read(i, shape[0] - 1, 1, out.data());
+      file.read(i, extent[0] - 1, 1, out.data());
     }
   } catch (const foreign::ForeignError&) {
   }

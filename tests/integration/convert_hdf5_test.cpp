@@ -23,7 +23,19 @@ struct Stored {
   bool compressed = false;
   std::string unit;
   std::vector<std::pair<std::string, std::vector<double>>> numbers;  ///< further attributes
+  std::string matlab_class;
 };
+
+void add_text(hid_t object, const char* name, const std::string& value) {
+  if (value.empty()) return;
+  const hid_t text = H5Tcopy(H5T_C_S1), scalar = H5Screate(H5S_SCALAR);
+  H5Tset_size(text, value.size());
+  const hid_t attribute = H5Acreate2(object, name, text, scalar, H5P_DEFAULT, H5P_DEFAULT);
+  H5Awrite(attribute, text, value.data());
+  H5Aclose(attribute);
+  H5Sclose(scalar);
+  H5Tclose(text);
+}
 
 class ConvertHdf5 : public SmallConversion {
  protected:
@@ -65,15 +77,8 @@ class ConvertHdf5 : public SmallConversion {
       H5Aclose(attribute);
       H5Sclose(list);
     }
-    if (!stored.unit.empty()) {
-      const hid_t text = H5Tcopy(H5T_C_S1), scalar = H5Screate(H5S_SCALAR);
-      H5Tset_size(text, stored.unit.size());
-      const hid_t attribute = H5Acreate2(data, "units", text, scalar, H5P_DEFAULT, H5P_DEFAULT);
-      H5Awrite(attribute, text, stored.unit.data());
-      H5Aclose(attribute);
-      H5Sclose(scalar);
-      H5Tclose(text);
-    }
+    add_text(data, "units", stored.unit);
+    add_text(data, "MATLAB_class", stored.matlab_class);
     H5Dclose(data);
     H5Pclose(creation);
     H5Pclose(links);
@@ -143,11 +148,20 @@ TEST_F(ConvertHdf5, MatlabsFilesOfVersion73AreReadInMatlabsOrder) {
       for (std::size_t row = 0; row < 6; ++row) turned.push_back(values_[(frame * 6 + row) * 8 + column]);
   add("S/camera/amplitude", {frame_count, 8, 6}, turned, {.type = H5T_IEEE_F64LE, .compressed = true});
   add("#refs#/a", {8, 6}, std::vector<double>(48, 1));
+  add("text", {8, 6}, std::vector<double>(48, 65), {.matlab_class = "char"});
+  add("nothing", {2}, {0, 3}, {.numbers = {{"MATLAB_empty", {1}}}, .matlab_class = "double"});
+  add("sparse/data", {3}, {1, 2, 3});
+  add("mask", {8, 6}, std::vector<double>(48, 1), {.type = H5T_STD_U8LE, .matlab_class = "logical"});
+  const hid_t group = H5Gopen2(file_, "sparse", H5P_DEFAULT);
+  add_text(group, "MATLAB_sparse", "6");
+  H5Gclose(group);
   close();
   std::fstream(path("new.mat"), std::ios::binary | std::ios::in | std::ios::out)
       << "MATLAB 7.3 MAT-file, Platform: GLNXA64";
-  EXPECT_THAT(tofgraph("convert --inspect new.mat").out,
-              testing::AllOf(HasSubstr("S.camera.amplitude   float64  6 x 8 x 5"), testing::Not(HasSubstr("refs"))));
+  const std::string listed = tofgraph("convert --inspect new.mat").out;
+  EXPECT_THAT(listed, HasSubstr("S.camera.amplitude   float64  6 x 8 x 5"));
+  EXPECT_THAT(listed, HasSubstr("mask"));
+  for (const char* other : {"refs", "text", "nothing", "sparse"}) EXPECT_THAT(listed, testing::Not(HasSubstr(other)));
   const Outcome outcome = convert("new.mat --as amplitude=S.camera.amplitude");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(frames<float>("amplitude"), std::vector<float>(values_.begin(), values_.end()));

@@ -101,6 +101,18 @@ std::optional<double> attribute_number(hid_t dataset, const char* name, const st
   return value;
 }
 
+/// Returns whether MATLAB (version 7.3) marks a dataset as something else than an array of numbers: a text, an empty
+/// array, of which the dimensions are stored, or a part of a sparse matrix.
+bool is_no_array_of_matlab(hid_t file, hid_t dataset, const std::string& path) {
+  const std::string type = text_of(dataset, "MATLAB_class");
+  const bool numbers = type.empty() || type == "double" || type == "single" || type == "logical" ||
+                       type.starts_with("int") || type.starts_with("uint");
+  if (!numbers || H5Aexists(dataset, "MATLAB_empty") > 0) return true;
+  const std::size_t slash = path.rfind('/');
+  return slash != std::string::npos &&
+         H5Aexists_by_name(file, path.substr(0, slash).c_str(), "MATLAB_sparse", H5P_DEFAULT) > 0;
+}
+
 }  // namespace
 
 /// Meaning of stored numbers by the netCDF (CF) attributes of a dataset: value = scale x stored + offset.
@@ -169,6 +181,7 @@ struct ArrayFile::Impl {
     std::optional<FileArray> array = element_of(type);
     const int rank = H5Sget_simple_extent_ndims(space);
     if (!array || rank < 1 || rank > max_array_rank || H5Sget_simple_extent_npoints(space) <= 0) return;
+    if (is_no_array_of_matlab(file, opened, name)) return;
     std::vector<hsize_t> extent(static_cast<std::size_t>(rank));
     h5::check(H5Sget_simple_extent_dims(space, extent.data(), nullptr), damaged);
     array->extent.assign(extent.begin(), extent.end());
