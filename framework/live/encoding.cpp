@@ -3,22 +3,43 @@
 #include "live/encoding.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace tofgraph::live {
 
 static_assert(std::endian::native == std::endian::little);
 
-Coding coding_of(std::span<const float> values) {
+namespace {
+
+constexpr std::size_t lanes = 16;  // values at a time: loops of this length become vector instructions
+
+/// Smallest and largest finite value; the first is greater if there is none.
+std::pair<float, float> range_of(std::span<const float> values) {
   constexpr float largest = std::numeric_limits<float>::max();
-  float low = largest, high = -largest;
-  for (const float v : values) {  // also false for NaN
-    low = v < low && v >= -largest ? v : low;
-    high = v > high && v <= largest ? v : high;
-  }
+  std::array<float, lanes> low, high;
+  low.fill(largest);
+  high.fill(-largest);
+  const auto add = [&](std::size_t lane, float v) {  // comparisons are false for NaN
+    const float above = v >= -largest ? v : largest, below = v <= largest ? v : -largest;
+    low[lane] = above < low[lane] ? above : low[lane];
+    high[lane] = below > high[lane] ? below : high[lane];
+  };
+  std::size_t i = 0;
+  for (; i + lanes <= values.size(); i += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane) add(lane, values[i + lane]);
+  for (; i < values.size(); ++i) add(0, values[i]);
+  return {*std::ranges::min_element(low), *std::ranges::max_element(high)};
+}
+
+}  // namespace
+
+Coding coding_of(std::span<const float> values) {
+  const auto [low, high] = range_of(values);
   if (low > high) return {};
   const double from = std::min(0.0, static_cast<double>(low));
   const double min_step = std::max((static_cast<double>(high) - from) / 65532, 1e-9);
@@ -46,17 +67,18 @@ void append_codes(std::string& bytes, std::span<const float> values, const Codin
 std::vector<float> along_rays(const Plane& points, const NodeInfo& node) {
   if (node.rays == nullptr || points.rows != node.rows || points.columns != node.columns) return {};
   std::vector<float> lengths(points.rows * points.columns);
-  float max_error = 0;
+  std::array<float, 4> max_error{};  // of every fourth point, so that comparisons do not wait for each other
   for (std::size_t i = 0; i < lengths.size(); ++i) {
     const float* p = points.values.data() + 3 * i;
     const float* ray = node.rays + 3 * i;
-    const float length = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    const float length = p[0] * ray[0] + p[1] * ray[1] + p[2] * ray[2];
     lengths[i] = length;
     const float away =
         std::abs(p[0] - length * ray[0]) + std::abs(p[1] - length * ray[1]) + std::abs(p[2] - length * ray[2]);
-    max_error = away > max_error ? away : max_error;  // NaN: skipped
+    float& max = max_error[i % max_error.size()];
+    max = away > max ? away : max;  // NaN: skipped
   }
-  if (max_error > 1e-4F) lengths.clear();
+  if (*std::ranges::max_element(max_error) > 1e-4F) lengths.clear();
   return lengths;
 }
 

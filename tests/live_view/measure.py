@@ -3,18 +3,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Speed of the live view: its cost for the pipeline, images per second in a headless Chromium, memory.
 
-    tests/live_view/measure.py --program build/bin/tofgraph [--frames N] [--repeat N] [--browser] [--memory SECONDS]
+    tests/live_view/measure.py --program build/bin/tofgraph [--seconds S] [--repeat N] [--browser] [--memory SECONDS]
 
 Processor times are those of the pipeline's process alone; they are also valid on a busy computer.
 """
 
 import argparse
 import base64
+import json
 import os
 import pathlib
 import re
 import signal
 import socket
+import statistics
 import subprocess
 import tempfile
 import threading
@@ -59,6 +61,10 @@ class WebSocket:
         body, mask = text.encode(), os.urandom(4)
         self.socket.sendall(bytes([0x81, 0x80 | len(body)]) + mask + bytes(c ^ mask[i % 4] for i, c in enumerate(body)))
 
+    def close(self):
+        self.file.close()
+        self.socket.close()
+
     def read(self):
         first, length = self.file.read(2)
         if length == 126:
@@ -68,36 +74,85 @@ class WebSocket:
         return first & 15, self.file.read(length)
 
 
-def client(port, reads, count, stop):
-    web = WebSocket(port)
-    web.send('{"op":"show","nodes":["cloud"],"rate":30}')
-    web.send('{"op":"next"}')
-    while reads and not stop.is_set():
+class Viewer:
+    """Client that shows a node."""
+
+    def __init__(self, port, reads=True):
+        self.web = WebSocket(port)
+        self.web.send('{"op":"show","nodes":["cloud"],"rate":30}')
+        self.web.send('{"op":"next"}')
+        self.received, self.reads, self.over = 0, reads, threading.Event()
+        if reads:
+            threading.Thread(target=self.read, daemon=True).start()
+
+    def frame(self):
+        """Returns the number of the next frame, and asks for another."""
+        while True:
+            kind, data = self.web.read()
+            if kind == 2 and data[:1] == b"\2":
+                self.received += 1
+                self.web.send('{"op":"next"}')
+                return json.loads(data[8:8 + int.from_bytes(data[4:8], "little")])["frame"]
+
+    def read(self):
         try:
-            kind, data = web.read()
+            while not self.over.is_set():
+                self.frame()
         except (ValueError, OSError):
-            return
-        if kind == 2 and data[:1] == b"\2":
-            count.append(len(data))
-            web.send('{"op":"next"}')
-    stop.wait()
+            pass
+        self.web.close()
+
+    def leave(self):
+        self.over.set()
+        if not self.reads:
+            self.web.close()
 
 
-def run(program, line, camera, frames, who):
-    """Returns (processor time per frame in ms, frames/s, frames received by the client, peak memory in MB)."""
-    process = subprocess.Popen([program, "run", line, "--camera", camera, "--frames", str(frames)], stderr=subprocess.PIPE, text=True)
-    count, stop, threads = [], threading.Event(), []
-    speed = None
-    for text in process.stderr:
-        port = re.search(r"localhost:(\d+)", text)
-        if port and who != "nobody":
-            threads.append(threading.Thread(target=client, args=(int(port.group(1)), who == "a client", count, stop), daemon=True))
-            threads[-1].start()
-        found = re.search(r"([\d.]+) frames/s", text)
-        speed = float(found.group(1)) if found else speed
-    _, _, usage = os.wait4(process.pid, 0)
-    stop.set()
-    return 1000 * (usage.ru_utime + usage.ru_stime) / frames, speed, len(count), usage.ru_maxrss / 1024
+def started(program, camera, sink):
+    """Returns the process of a pipeline and its port."""
+    line = NODES.format(source="simulator distance='1 m' frames=0", sink=sink)
+    process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
+    return process, next(int(re.search(r"localhost:(\d+)", text).group(1)) for text in process.stderr if "http://" in text)
+
+
+def ended(process):
+    process.send_signal(signal.SIGINT)
+    process.communicate(timeout=60)
+
+
+def processor_seconds_of(process):
+    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def newest(port):
+    viewer = Viewer(port, reads=False)
+    number = viewer.frame()
+    viewer.leave()
+    return number
+
+
+def slowdown(program, camera, seconds, repeat):
+    """One pipeline at full speed. Clients come and go, so that a change of the load affects all alike."""
+    process, port = started(program, camera, "live_view port=0")
+    kinds = {"nobody": lambda: [], "a client": lambda: [Viewer(port)], "a client that never reads": lambda: [Viewer(port, reads=False)]}
+    used = {who: [] for who in kinds}
+    time.sleep(1)
+    for _ in range(repeat):
+        for who, make in kinds.items():
+            first, before = newest(port), processor_seconds_of(process)
+            viewers = make()
+            time.sleep(seconds)
+            after, last = processor_seconds_of(process), newest(port)
+            for viewer in viewers:
+                viewer.leave()
+            used[who].append(1000 * (after - before) / (last - first))
+            time.sleep(0.1)
+    ended(process)
+    for who, times in used.items():
+        ratios = [a / b for a, b in zip(times, used["nobody"])]
+        quartiles = [100 * (q - 1) for q in statistics.quantiles(ratios, n=4)]
+        print(f"  {who}: {statistics.median(times):.3f} ms of processor per frame, {quartiles[1]:+.1f} % ({quartiles[0]:+.1f} to {quartiles[2]:+.1f})")
 
 
 def processor_seconds(group):
@@ -112,8 +167,8 @@ def processor_seconds(group):
     return total / os.sysconf("SC_CLK_TCK")
 
 
-def browser(program, source, camera, pace):
-    line = NODES.format(source=source, sink=f"live_view port=0 pace='{pace} Hz'")
+def browser(program, camera, pace):
+    line = NODES.format(source="simulator distance='1 m' frames=0", sink=f"live_view port=0 pace='{pace} Hz'")
     process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
     url = next(text[text.index("http://"):].split()[0] for text in process.stderr if "http://" in text)
     with chromium.Browser(webgl=False) as page:
@@ -129,51 +184,38 @@ def browser(program, source, camera, pace):
 
 
 def memory(program, camera, seconds):
-    line = NODES.format(source="simulator distance='1 m' frames=0", sink="live_view port=0 pace='30 Hz'")
-    process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
-    port = next(int(re.search(r"localhost:(\d+)", text).group(1)) for text in process.stderr if "http://" in text)
-    count, stop = [], threading.Event()
-    for reads in (True, False):
-        threading.Thread(target=client, args=(port, reads, count, stop), daemon=True).start()
+    process, port = started(program, camera, "live_view port=0 pace='30 Hz'")
+    viewers = [Viewer(port), Viewer(port, reads=False)]
     for part in range(5):
         time.sleep(seconds / 5)
         resident = int(re.search(r"VmRSS:\s+(\d+)", pathlib.Path(f"/proc/{process.pid}/status").read_text()).group(1)) / 1024
-        print(f"  after {seconds / 5 * (part + 1):.0f} s: {resident:.1f} MB, {len(count)} frames sent")
-    stop.set()
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+        print(f"  after {seconds / 5 * (part + 1):.0f} s: {resident:.1f} MB, {viewers[0].received} frames sent")
+    viewers[0].leave()
+    ended(process)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--program", required=True)
-    parser.add_argument("--frames", type=int, default=300)
-    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--seconds", type=float, default=2, help="of each measurement of a client's cost")
+    parser.add_argument("--repeat", type=int, default=9)
     parser.add_argument("--browser", action="store_true")
     parser.add_argument("--memory", type=float, default=0)
     options = parser.parse_args()
+    if options.browser and chromium.PROGRAM is None:
+        parser.error("Chromium is not installed")
     with tempfile.TemporaryDirectory() as folder:
         big = pathlib.Path(folder) / "vga.yaml"
         big.write_text(BIG)
         for name, camera in (("204 x 204", "camcube2"), ("640 x 480", str(big))):
             print(name)
-            source = "simulator distance='1 m' frames=0"
             if options.browser:
-                browser(options.program, source, camera, 60 if camera == "camcube2" else 30)
+                browser(options.program, camera, 60 if camera == "camcube2" else 30)
                 continue
             if options.memory:
                 memory(options.program, camera, options.memory)
                 continue
-            kinds = [("null", "nobody"), ("live_view port=0", "nobody"), ("live_view port=0", "a client"), ("live_view port=0", "a client that never reads")]
-            best = {}
-            for _ in range(options.repeat):  # interleaved, so that a change of the load affects all equally
-                for sink, who in kinds:
-                    got = run(options.program, NODES.format(source=source, sink=sink), camera, options.frames, who)
-                    best.setdefault((sink, who), []).append(got)
-            for (sink, who), all_ in best.items():
-                used = sorted(a[0] for a in all_)
-                print(f"  {sink}, {who}: {used[len(used) // 2]:.3f} ms of processor per frame (least {used[0]:.3f}); {max(a[1] for a in all_):.0f} frames/s at best; "
-                      f"{max(a[2] for a in all_)} frames sent; peak {max(a[3] for a in all_):.0f} MB")
+            slowdown(options.program, camera, options.seconds, options.repeat)
 
 
 if __name__ == "__main__":

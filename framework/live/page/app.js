@@ -72,7 +72,7 @@ function choose() {
   app.panes = nodes.map(() => new Pane($('panes'), shared, schedule));
   app.frames = app.frames.filter((frame) => nodes.every((name) => frame.nodes[name]));
   app.at = app.frames.length - 1;
-  session.show(nodes, 30);
+  session.show(nodes, 40);
   session.next();
   schedule();
 }
@@ -83,6 +83,7 @@ function draw() {
   const frame = app.frames[app.at];
   if (!frame) return;
   const nodes = chosen(), fresh = frame !== app.shown;
+  if (fresh && !app.paused && !ended) session.next();  // it arrives while this one is drawn
   nodes.forEach((name, i) => {
     const info = session.nodes.find((node) => node.name === name);
     if (frame.nodes[name] && app.panes[i]) app.panes[i].take(info, frame.nodes[name], session.rays[name]);
@@ -93,7 +94,6 @@ function draw() {
     if (app.shownNumber < 0) app.firstPicture = performance.now();
     app.shown = frame;
     app.shownNumber = frame.number;
-    if (!app.paused && !ended) session.next();
   }
   const now = performance.now();
   if (now - second > 1000) { app.rate = inSecond * 1000 / (now - second); inSecond = 0; second = now; }

@@ -47,11 +47,9 @@ export function valueAt(channel, i) {
 /// Smallest and largest non-zero code without the outermost 0.5 %, so that outliers do not set the colour range.
 export function codeRange(channel) {
   if (channel.range) return channel.range;
-  const counts = new Uint32Array(65536);
-  let total = 0;
-  for (const code of channel.codes) {
-    if (code !== 0) { ++counts[code]; ++total; }
-  }
+  const counts = new Uint32Array(65536), {codes} = channel;
+  for (let i = 0; i < codes.length; ++i) ++counts[codes[i]];
+  const total = codes.length - counts[0];
   if (total === 0) return channel.range = [1, 2];
   let low = 1, high = 65535;
   for (let seen = 0; (seen += counts[low]) <= total * 0.005 && low < 65535;) ++low;
