@@ -161,7 +161,10 @@ std::vector<io::CountedValue> suspected_codes_of(const FileArray& array, const s
   const bool is_signed = layout.signed_bits != 0 || array.kind == TOFGRAPH_ELEMENT_SIGNED;
   const std::uint32_t width = layout.signed_bits != 0 ? layout.signed_bits : 8 * array.bytes;
   const std::uint64_t largest = ~std::uint64_t{0} >> (64 - width + (is_signed ? 1 : 0));
-  return io::suspected_codes(std::move(values), number_in(largest, array.kind, array.bytes, layout));
+  // Negative lengths are refused in any case.
+  const double smallest =
+      is_signed && !is_length_channel(layout.channel) ? -std::ldexp(1.0, static_cast<int>(width) - 1) : 0;
+  return io::suspected_codes(std::move(values), number_in(largest, array.kind, array.bytes, layout), smallest);
 }
 
 ValueRange range_of(const ForeignFile& file, std::size_t index, const ChannelLayout& layout) {

@@ -45,9 +45,25 @@ double median_gap(const std::vector<CountedValue>& runs) {
   return *middle;
 }
 
+/// The smallest value of a type if it is repeated without any similar value.
+std::vector<CountedValue> code_at(double smallest, const std::vector<CountedValue>& values) {
+  CountedValue lowest{smallest, 0};
+  double next = std::numeric_limits<double>::infinity();
+  for (const CountedValue& v : values) {
+    if (v.value == smallest)
+      lowest.count += v.count;
+    else
+      next = std::min(next, v.value);
+  }
+  const bool alone = next > smallest + std::max(isolation * -smallest, min_steps);
+  return lowest.count >= min_count && alone ? std::vector{lowest} : std::vector<CountedValue>{};
+}
+
 }  // namespace
 
-std::vector<CountedValue> suspected_codes(std::vector<CountedValue> runs, double largest) {
+std::vector<CountedValue> suspected_codes(std::vector<CountedValue> runs, double largest, double smallest) {
+  std::vector<CountedValue> codes;
+  if (smallest < 0) codes = code_at(smallest, runs);
   std::erase_if(runs, [](const CountedValue& v) { return !(v.value > 0 && std::isfinite(v.value)); });
   join_equal(runs);
   const double min_gap = min_steps * median_gap(runs);
@@ -70,7 +86,6 @@ std::vector<CountedValue> suspected_codes(std::vector<CountedValue> runs, double
     if (runs[i].count > above) high = runs[i].value;
     above -= std::min(above, runs[i].count);
   }
-  std::vector<CountedValue> codes;
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const double value = runs[i].value;
     const double factor = 50 * runs[i].count > elements ? far_above_many : far_above;

@@ -76,6 +76,18 @@ TEST(Codes, TheLargestWordNeedsNoRepetition) {
   EXPECT_THAT(codes_among(std::vector<double>(100, 4095), uint16), IsEmpty()) << "no other values";
 }
 
+TEST(Codes, TheSmallestWordIsOneIfItIsRepeatedAndAlone) {
+  constexpr double smallest = -32768;
+  const auto codes_with = [](double next, std::size_t count) {
+    return suspected_codes({{smallest, count}, {next, 50}, {0, 50}, {100, 50}, {101, 50}}, int16, smallest);
+  };
+  EXPECT_THAT(codes_with(-700, 10), ElementsAre(IsCode(smallest, 10)));
+  EXPECT_THAT(codes_with(-700, 9), IsEmpty()) << "too few";
+  EXPECT_THAT(codes_with(-32760, 10), IsEmpty()) << "the tail of a distribution";
+  EXPECT_THAT(suspected_codes({{-128, 20}, {-127, 20}, {4, 50}}, 127, -128), IsEmpty());
+  EXPECT_THAT(suspected_codes({{smallest, 20}, {100, 50}, {101, 50}}, int16), IsEmpty()) << "not examined";
+}
+
 TEST(Codes, CountsOfEqualValuesAreAdded) {
   const std::vector<CountedValue> counted = {{4095, 6}, {300, 50}, {4095, 5}, {301, 50}, {302, 50}, {-1, 70}};
   EXPECT_THAT(suspected_codes(counted, uint16), ElementsAre(IsCode(4095, 11)));

@@ -178,9 +178,12 @@ Gram marginal(const Gram& gram, const RandomEffectSd& random_sd, double& log_det
   const Eigen::Index g = gram.cols() - gram_tail;
   const RandomMatrix factor =
       downdate_factor(gram.block<random_directions, random_directions>(g, g), random_sd, log_determinant);
-  const Eigen::Matrix<double, random_directions, Eigen::Dynamic> taken =
-      factor.lazyProduct(gram.middleRows<random_directions>(g));
-  return gram - taken.transpose().lazyProduct(taken);
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, random_directions>;
+  const Columns taken = factor.lazyProduct(gram.middleRows<random_directions>(g)).transpose();
+  Gram left(gram.rows(), gram.cols());
+  for (Eigen::Index j = 0; j < gram.cols(); ++j)  // by columns, so that the compiler vectorises
+    left.col(j) = gram.col(j) - (taken.col(0) * taken(j, 0) + taken.col(1) * taken(j, 1) + taken.col(2) * taken(j, 2));
+  return left;
 }
 
 std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& random_sd) {
@@ -191,25 +194,31 @@ std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& 
 
 std::vector<Shared> Unknowns::of_condition(std::size_t condition) const {
   std::vector<Shared> all;
-  if (target[condition] >= 0) all.push_back({light_direction, target[condition], 1});
-  if (shared.empty()) return all;
-  for (const Shared& one : shared[condition]) all.push_back({one.direction, targets + one.unknown, one.factor});
+  append_shared(condition, all);
   return all;
+}
+
+void Unknowns::append_shared(std::size_t condition, std::vector<Shared>& to) const {
+  if (target[condition] >= 0) to.push_back({light_direction, target[condition], 1});
+  if (shared.empty()) return;
+  for (const Shared& one : shared[condition]) to.push_back({one.direction, targets + one.unknown, one.factor});
 }
 
 NormalEquations assemble(std::span<const Gram> marginals, std::span<const double> log_determinants,
                          const Unknowns& unknowns, std::span<const double> weight) {
   const Eigen::Index p = unknowns.effects, random = p, residual = p + gram_tail - 1, all = unknowns.count();
   NormalEquations sum{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all), 0, 0};
+  std::vector<Shared> shared;
   for (std::size_t i = 0; i < marginals.size(); ++i) {
     const double w = weight.empty() ? 1 : weight[i];
     if (w == 0) continue;
     const Gram& m = marginals[i];
-    sum.information.topLeftCorner(p, p) += w * m.topLeftCorner(p, p);
+    for (Eigen::Index j = 0; j < p; ++j) sum.information.col(j).head(j + 1) += w * m.col(j).head(j + 1);
     sum.score.head(p) += w * m.col(residual).head(p);
     sum.square += w * m(residual, residual);
     sum.log_determinant += w * log_determinants[i];
-    const std::vector<Shared> shared = unknowns.of_condition(i);
+    shared.clear();
+    unknowns.append_shared(i, shared);
     for (std::size_t one = 0; one < shared.size(); ++one) {
       const Shared& a = shared[one];
       const Eigen::Index at = p + a.unknown;
@@ -219,14 +228,12 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
       sum.score(at) += factor * m(random + a.direction, residual);
       for (std::size_t other = one; other < shared.size(); ++other) {
         const Shared& b = shared[other];
-        const auto [least, most] = std::minmax(a.unknown, b.unknown);  // lower triangle
-        sum.information(p + most, p + least) += factor * b.factor * column(random + b.direction);
+        const auto [least, most] = std::minmax(a.unknown, b.unknown);
+        sum.information(p + least, p + most) += factor * b.factor * column(random + b.direction);
       }
     }
   }
-  auto block = sum.information.bottomRightCorner(all - p, all - p);
-  block.triangularView<Eigen::StrictlyUpper>() = block.transpose().eval();
-  sum.information.bottomLeftCorner(all - p, p) = sum.information.topRightCorner(p, all - p).transpose();
+  sum.information.triangularView<Eigen::StrictlyLower>() = sum.information.transpose().eval();
   return sum;
 }
 
