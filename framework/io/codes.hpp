@@ -13,8 +13,8 @@ struct CountedValue {
   std::size_t count = 1;  ///< number of elements with this value
 };
 
-/// Returns the largest value of the type if it occurs, its smallest value if it is negative and occurs ten times or
-/// more, and values that occur ten times or more without any similar value if they are 2^n - 1 or far above the other
+/// Returns the largest value of the type if it occurs, and of the values that occur ten times or more without any
+/// similar value: the smallest one of the type if it is negative, values 2^n - 1, and those far above the other
 /// values: 1.5 times, or 10 times if more than 2 % of the values are equal, as on a plain wall; ascending. Values are
 /// similar within 0.1 %, and within the usual distance of neighbouring values, so that coarsely quantised measurements
 /// are none.

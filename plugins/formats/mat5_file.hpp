@@ -15,6 +15,7 @@
 #include <fstream>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -31,7 +32,7 @@ namespace tofgraph {
 class Mat5File {
  public:
   /// @throws std::runtime_error with the end of a sentence about the file
-  explicit Mat5File(const std::string& path) : in_(path, std::ios::binary | std::ios::ate) {
+  explicit Mat5File(const std::string& path) : path_(path), in_(path, std::ios::binary | std::ios::ate) {
     const auto size = static_cast<std::uint64_t>(in_.tellg());
     const Bytes head = part_at(0, 128).bytes(128);
     if (head.size() < 128) throw std::runtime_error("is a damaged MATLAB file: it ends within its head");
@@ -56,12 +57,8 @@ class Mat5File {
     const Stored& stored = stored_[index];
     const std::uint64_t slice = array.elements() / array.extent[0], bytes = stored.type.bytes;
     const std::uint64_t position = stored.position + first * slice * bytes, length = count * slice * bytes;
-    if (stored.variable.is_compressed) {
-      const Bytes& all = inflated(stored.variable);
-      if (position > all.size() || length > all.size() - position)
-        throw std::runtime_error("is damaged: the variable '" + array.name + "' has no end");
-      return convert({&all[position], length}, stored.type, array, out);
-    }
+    if (stored.variable.is_compressed)
+      return convert(inflated(index, position, length, first + count == array.extent[0]), stored.type, array, out);
     const Bytes read = part_at(stored.variable.at + position, length).bytes(length);
     if (read.size() < length) throw std::runtime_error("is damaged: it ends within the variable '" + array.name + "'");
     convert(read, stored.type, array, out);
@@ -85,6 +82,15 @@ class Mat5File {
     Variable variable;
     std::uint64_t position = 0;  ///< in the variable, inflated if it is compressed
     ElementType type;
+  };
+  /// Compressed variable that is being read.
+  struct Inflating {
+    std::ifstream in;
+    Part part;
+    Inflating(const std::string& path, std::uint64_t at, std::uint64_t length)
+        : in(path, std::ios::binary), part(in, length) {
+      in.seekg(static_cast<std::streamoff>(at));
+    }
   };
   /// Element of a variable.
   struct Element {
@@ -120,22 +126,23 @@ class Mat5File {
     return bytes;
   }
 
-  /// All bytes of a compressed variable. Any part is inflated from the beginning, so it is done once, unless the
-  /// variables that are read do not fit into the memory allowed.
-  const Bytes& inflated(const Variable& variable) {
-    constexpr std::uint64_t allowed = std::uint64_t{2} << 30U;
-    const auto known = inflated_.find(variable.at);
-    if (known != inflated_.end()) return known->second;
-    std::uint64_t kept = variable.inflated;
-    for (const auto& [at, bytes] : inflated_) kept += bytes.size();
-    if (kept > allowed) inflated_.clear();
-    Part part = part_at(variable.at, variable.length);
-    part.inflate();
-    Bytes bytes = part.bytes(variable.inflated);
-    if (bytes.size() < variable.inflated) throw std::runtime_error("is damaged: a compressed variable cannot be read");
-    if (!part.ends())
+  /// Bytes of an array in a compressed variable. Each array is inflated in order by its own part, which begins again
+  /// for bytes that it has passed. @param last these are the array's last: the checksum of the variable is verified
+  Bytes inflated(std::size_t index, std::uint64_t position, std::uint64_t length, bool last) {
+    const Variable& variable = stored_[index].variable;
+    std::unique_ptr<Inflating>& one = inflating_[index];
+    if (!one || one->part.position() > position) {
+      one = std::make_unique<Inflating>(path_, variable.at, variable.length);
+      one->part.inflate();
+    }
+    one->part.skip(position - one->part.position());
+    Bytes bytes = one->part.bytes(length);
+    if (bytes.size() < length) throw std::runtime_error("is damaged: a compressed variable cannot be read");
+    if (!last) return bytes;
+    one->part.skip(variable.inflated - one->part.position());
+    if (!one->part.ends())
       throw std::runtime_error("is damaged: a compressed variable does not agree with its checksum, or has no end");
-    return inflated_[variable.at] = std::move(bytes);
+    return bytes;
   }
 
   void add_variable(Variable variable) {
@@ -180,7 +187,7 @@ class Mat5File {
     if (path.empty()) return path;  // MATLAB's own data at the end of the file
     if (path.size() > max_name) throw std::runtime_error("is damaged: a variable has a name of over 4096 characters");
     if (kind == structure) {
-      add_fields(part, variable, elements_of(extents), path, depth);
+      add_fields(part, variable, elements_of(extents), path, depth, end);
     } else if (kind >= first_numeric) {
       const Element values = next(part);
       check_values(values, elements_of(extents), end - std::min(end, part.position()));
@@ -192,7 +199,8 @@ class Mat5File {
     return path;
   }
 
-  void add_fields(Part& part, const Variable& variable, std::uint64_t elements, const std::string& path, int depth) {
+  void add_fields(Part& part, const Variable& variable, std::uint64_t elements, const std::string& path, int depth,
+                  std::uint64_t end) {
     constexpr int max_depth = 64;
     const Bytes width = content(part, next(part)), names = content(part, next(part));
     const std::size_t length = width.size() >= 4 ? number(width, 0) : 0;
@@ -205,6 +213,8 @@ class Mat5File {
       const std::uint64_t begin = part.position();
       if (!field.found || field.type != matrix)
         throw std::runtime_error("is damaged: a structure has fewer fields than announced");
+      if (begin > end || field.length > end - begin)
+        throw std::runtime_error("is damaged: a field extends beyond the end of its structure");
       if (field.length > 0) add(part, variable, path + "." + text_of(name), depth + 1, begin + field.length);
       const std::uint64_t read = part.position() - begin;
       if (read > field.length) throw std::runtime_error("is damaged: a field of a structure is longer than announced");
@@ -300,23 +310,20 @@ class Mat5File {
     });
   }
   template <class Wanted, class Stored> static Wanted converted(Stored value, const std::string& name) {
-    bool exact = true;
-    if constexpr (std::is_integral_v<Stored> && std::is_integral_v<Wanted>) {
-      exact = std::in_range<Wanted>(value);
-    } else if constexpr (std::is_integral_v<Stored>) {
-      constexpr std::int64_t largest = std::int64_t{1} << std::numeric_limits<Wanted>::digits;
-      exact = std::cmp_less_equal(value, largest) && std::cmp_greater_equal(value, -largest);
-    } else if constexpr (std::is_integral_v<Wanted>) {
-      const double end = std::ldexp(1.0, std::numeric_limits<Wanted>::digits);
-      const double number = static_cast<double>(value), begin = static_cast<double>(std::numeric_limits<Wanted>::min());
-      exact = number >= begin && number < end && number == std::floor(number);
-    } else {
-      constexpr double largest = std::numeric_limits<Wanted>::max();
-      const double number = static_cast<double>(value);
-      exact = !std::isfinite(number) ||
-              (std::abs(number) <= largest && static_cast<double>(static_cast<Wanted>(number)) == number);
+    // The extended type holds every number that a file may store.
+    const auto number = static_cast<long double>(value);
+    const auto fits = [&] {
+      if constexpr (std::is_floating_point_v<Wanted>) {
+        return !(std::abs(number) > static_cast<long double>(std::numeric_limits<Wanted>::max())) || std::isinf(number);
+      } else {
+        return number >= static_cast<long double>(std::numeric_limits<Wanted>::min()) &&
+               number <= static_cast<long double>(std::numeric_limits<Wanted>::max());
+      }
+    };
+    if (fits()) {
+      const auto wanted = static_cast<Wanted>(value);
+      if (static_cast<long double>(wanted) == number || std::isnan(number)) return wanted;
     }
-    if (exact) return static_cast<Wanted>(value);
     throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
   }
   template <class Stored, class Wanted>
@@ -340,11 +347,12 @@ class Mat5File {
     }
   }
 
+  std::string path_;
   std::ifstream in_;
   bool big_endian_ = false;
   std::vector<FileArray> arrays_;
-  std::vector<Stored> stored_;               // values of the arrays
-  std::map<std::uint64_t, Bytes> inflated_;  // compressed variables that were read, by their positions
+  std::vector<Stored> stored_;                                   // values of the arrays
+  std::map<std::size_t, std::unique_ptr<Inflating>> inflating_;  // by array
   std::vector<std::string> ignored_;
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading files of other programs into the images of one frame, compared with a memory copy and with the same
-// conversion of an array in memory. Inputs are larger than any processor cache; files are within the file system's
-// cache. Rates count the bytes that are moved: those of the input and those of the output.
+// Reading files of other programs, which are within the file system's cache, into the images of one frame; compared
+// with a copy from memory to memory, and with the same conversion of an array in memory into one image. Rates count the
+// bytes of the input and those of the output.
 #include "foreign/foreign_frames.hpp"
 #include "foreign/layout.hpp"
 #include "io/profile.hpp"

@@ -101,15 +101,18 @@ TEST_F(ConvertMatlab, StoredValuesThatDoNotFitTheirTypeAreRefused) {
   ASSERT_TRUE(write(R"(
 x = np.ones((6, 8, 3))
 cases = [("wide", 9, x * 1000, "i4", 5), ("fraction", 10, x * 1.5, "f8", 9), ("rounded", 7, x * 16777217, "i4", 5),
-         ("large", 7, x * 1e300, "f8", 9), ("long", 15, x * -1, "i8", 12), ("double", 6, x * 2.0**60, "i8", 12)]
+         ("large", 7, x * 1e300, "f8", 9), ("long", 15, x * -1, "i8", 12), ("double", 6, np.full(x.shape, 2**53 + 1), "i8", 12)]
 for name, cls, array, stored, kind in cases:
     save(name + ".mat", variable("<", b"x", cls, array, stored, kind))
 save("infinite.mat", variable("<", b"x", 7, x * np.inf, "f8", 9))
+save("exact.mat", variable("<", b"x", 6, x * 2.0**60, "i8", 12))
 )"));
   for (const std::string name : {"wide", "fraction", "rounded", "large", "long", "double"})
     EXPECT_THAT(convert(name + ".mat --as amplitude").err, HasSubstr("values of the variable 'x' do not fit its type"))
         << name;
   EXPECT_EQ(convert("infinite.mat --as amplitude").exit_code, 0);
+  EXPECT_EQ(convert("exact.mat --as amplitude").exit_code, 0);
+  EXPECT_EQ(frames<float>("amplitude")[0], std::exp2(60.0F));
 }
 
 TEST_F(ConvertMatlab, DamagedFilesAreOneError) {
@@ -127,6 +130,9 @@ save("names.mat", packed(structure(b"n" * 5000, 1, b"a" * 4, value * 4)))
 save("fields.mat", packed(structure(b"S", 8, b"".join(b"f%07d" % i for i in range(5000)), value * 5000)))
 inner = bytearray(value)
 inner[4:8] = struct.pack("<I", len(value) - 16)  # the field ends before its value
+inside = bytearray(value)
+inside[4:8] = struct.pack("<I", 4096)  # the field is longer than its structure
+save("beyond.mat", structure(b"S", 8, b"f".ljust(8, b"\0"), bytes(inside)) + one)
 save("past.mat", structure(b"S", 8, b"f".ljust(8, b"\0"), bytes(inner)) + one)
 )"));
   const std::pair<const char*, const char*> cases[] = {{"checksum", "does not agree with its checksum"},
@@ -134,6 +140,7 @@ save("past.mat", structure(b"S", 8, b"f".ljust(8, b"\0"), bytes(inner)) + one)
                                                        {"announced", "announces more bytes than it can hold"},
                                                        {"names", "a name of over 4096 characters"},
                                                        {"fields", "more than 4096 variables"},
+                                                       {"beyond", "extends beyond the end of its structure"},
                                                        {"past", "announces more values than it holds"}};
   for (const auto& [name, message] : cases) {
     const Outcome outcome = convert(std::string(name) + ".mat --as amplitude");

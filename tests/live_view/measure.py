@@ -9,6 +9,7 @@ Processor times are those of the pipeline's process alone; they are also valid o
 """
 
 import argparse
+import atexit
 import base64
 import json
 import os
@@ -74,38 +75,45 @@ class WebSocket:
         return first & 15, self.file.read(length)
 
 
+def frame_number(web):
+    """Returns the number of the next frame that is received."""
+    while True:
+        kind, data = web.read()
+        if kind == 2 and data[:1] == b"\2":
+            return json.loads(data[8:8 + int.from_bytes(data[4:8], "little")])["frame"]
+
+
 class Viewer:
     """Client that shows a node."""
 
     def __init__(self, port, reads=True):
+        """reads: otherwise it requests frames without reading any."""
         self.web = WebSocket(port)
         self.web.send('{"op":"show","nodes":["cloud"],"rate":30}')
         self.web.send('{"op":"next"}')
-        self.received, self.reads, self.over = 0, reads, threading.Event()
-        if reads:
-            threading.Thread(target=self.read, daemon=True).start()
-
-    def frame(self):
-        """Returns the number of the next frame, and asks for another."""
-        while True:
-            kind, data = self.web.read()
-            if kind == 2 and data[:1] == b"\2":
-                self.received += 1
-                self.web.send('{"op":"next"}')
-                return json.loads(data[8:8 + int.from_bytes(data[4:8], "little")])["frame"]
+        self.received, self.over = 0, threading.Event()
+        threading.Thread(target=self.read if reads else self.hang, daemon=True).start()
 
     def read(self):
         try:
             while not self.over.is_set():
-                self.frame()
+                frame_number(self.web)
+                self.received += 1
+                self.web.send('{"op":"next"}')
         except (ValueError, OSError):
+            pass
+        self.web.close()
+
+    def hang(self):
+        try:
+            while not self.over.wait(0.02):
+                self.web.send('{"op":"next"}')
+        except OSError:  # it was disconnected
             pass
         self.web.close()
 
     def leave(self):
         self.over.set()
-        if not self.reads:
-            self.web.close()
 
 
 def started(program, camera, sink):
@@ -126,15 +134,19 @@ def processor_seconds_of(process):
 
 
 def newest(port):
-    viewer = Viewer(port, reads=False)
-    number = viewer.frame()
-    viewer.leave()
+    """Returns the number of the newest frame."""
+    web = WebSocket(port)
+    web.send('{"op":"show","nodes":["cloud"],"rate":30}')
+    web.send('{"op":"next"}')
+    number = frame_number(web)
+    web.close()
     return number
 
 
 def slowdown(program, camera, seconds, repeat):
     """One pipeline at full speed. Clients come and go, so that a change of the load affects all alike."""
     process, port = started(program, camera, "live_view port=0")
+    atexit.register(process.kill)
     kinds = {"nobody": lambda: [], "a client": lambda: [Viewer(port)], "a client that never reads": lambda: [Viewer(port, reads=False)]}
     used = {who: [] for who in kinds}
     time.sleep(1)
@@ -143,7 +155,7 @@ def slowdown(program, camera, seconds, repeat):
             first, before = newest(port), processor_seconds_of(process)
             viewers = make()
             time.sleep(seconds)
-            after, last = processor_seconds_of(process), newest(port)
+            last, after = newest(port), processor_seconds_of(process)
             for viewer in viewers:
                 viewer.leave()
             used[who].append(1000 * (after - before) / (last - first))
@@ -198,7 +210,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--program", required=True)
     parser.add_argument("--seconds", type=float, default=2, help="of each measurement of a client's cost")
-    parser.add_argument("--repeat", type=int, default=9)
+    parser.add_argument("--repeat", type=int, default=9, help="at least 2")
     parser.add_argument("--browser", action="store_true")
     parser.add_argument("--memory", type=float, default=0)
     options = parser.parse_args()
