@@ -38,37 +38,49 @@ template <class F> double minimise(F f, Bounds bounds, double centre, double wid
       boost::math::tools::brent_find_minima([&](double x) { return f(std::exp(x)); }, low, high, bits).first);
 }
 
-/// Factorised normal equations including the priors, their solution and its deviance.
-struct Factors {
-  Eigen::LDLT<Eigen::MatrixXd> factors;
+/// Normal equations including the priors, their solution and its deviance.
+struct Solved {
+  Eigen::MatrixXd information;
   Eigen::VectorXd values;
   double deviance = 0;
 };
 
+/// Solves equations with a symmetric, positive matrix.
+Eigen::VectorXd solved(const Eigen::Ref<const Eigen::MatrixXd>& matrix, const Eigen::VectorXd& right) {
+  const Eigen::LLT<Eigen::MatrixXd> positive(matrix);
+  if (positive.info() == Eigen::Success) return positive.solve(right);
+  return Eigen::LDLT<Eigen::MatrixXd>(matrix).solve(right);  // singular but for rounding
+}
+
+double log_determinant_of(const Eigen::Ref<const Eigen::MatrixXd>& matrix) {
+  const Eigen::LLT<Eigen::MatrixXd> positive(matrix);
+  if (positive.info() == Eigen::Success) return 2 * positive.matrixLLT().diagonal().array().log().sum();
+  return Eigen::LDLT<Eigen::MatrixXd>(matrix).vectorD().array().log().sum();
+}
+
 /// @param centre means of the priors
-Factors factorised(const NormalEquations& equations, const Unknowns& unknowns, const Eigen::VectorXd& prior,
+Solved solved_with(const NormalEquations& equations, const Unknowns& unknowns, const Eigen::VectorXd& prior,
                    const Eigen::VectorXd& centre) {
-  Eigen::MatrixXd information = equations.information;
-  information.diagonal() += prior;
+  Solved result{equations.information, {}, 0};
+  result.information.diagonal() += prior;
   const Eigen::VectorXd pull = prior.cwiseProduct(centre), score = equations.score + pull;
-  Factors result{Eigen::LDLT<Eigen::MatrixXd>(information), {}, 0};
-  result.values = result.factors.solve(score);
+  result.values = solved(result.information, score);
   result.deviance = equations.square + pull.dot(centre) - result.values.dot(score) + equations.log_determinant;
   // Shared unknowns are random: the widths of their priors are estimated, so the determinants matter.
-  if (const auto shared = static_cast<Eigen::Index>(unknowns.sd.size()); shared > 0) {
-    const Eigen::LDLT<Eigen::MatrixXd> block(information.bottomRightCorner(shared, shared));
-    result.deviance += block.vectorD().array().log().sum() - prior.tail(shared).array().log().sum();
-  }
+  if (const auto shared = static_cast<Eigen::Index>(unknowns.sd.size()); shared > 0)
+    result.deviance += log_determinant_of(result.information.bottomRightCorner(shared, shared)) -
+                       prior.tail(shared).array().log().sum();
   return result;
 }
 
 /// Cameras do not drift by metres: if a very wrong model makes shared unknowns that large, they are held at a few
 /// standard deviations of the widest prior.
-Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, const RandomEffectSd& random_sd) {
+Solved solve_within_bounds(const NormalEquations& equations, const Unknowns& unknowns,
+                           const RandomEffectSd& random_sd) {
   constexpr double firmly = 1e4;
   const Eigen::VectorXd free = unknowns.prior(random_sd);
   Eigen::VectorXd prior = free, centre = Eigen::VectorXd::Zero(unknowns.count());
-  Factors result = factorised(equations, unknowns, prior, centre);
+  Solved result = solved_with(equations, unknowns, prior, centre);
   double held_cost = 0;
   const Eigen::Index first = unknowns.effects + unknowns.targets;
   for (bool within = false; !within;) {  // each round holds at least one more
@@ -83,7 +95,7 @@ Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, co
       held_cost += free(at) * limit * limit;
       within = false;
     }
-    if (!within) result = factorised(equations, unknowns, prior, centre);
+    if (!within) result = solved_with(equations, unknowns, prior, centre);
   }
   result.deviance += held_cost + std::pow(random_sd.jitter / unknowns.jitter, 2);
   return result;
@@ -92,6 +104,46 @@ Factors factorise(const NormalEquations& equations, const Unknowns& unknowns, co
 Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_sd) {
   return {random_sd.jitter, random_sd.offset, random_sd.light};
 }
+
+/// Normal equations as a function of the standard deviation s of one random direction d: a condition's Gram matrix M at
+/// s = 0 becomes M - s^2 / (1 + s^2 d^T M d) (M d)(M d)^T.
+class VariedEquations {
+ public:
+  /// @param rest equations at s = 0 @param marginals Gram matrices at s = 0
+  VariedEquations(NormalEquations rest, std::span<const Gram> marginals, const Unknowns& unknowns,
+                  Eigen::Index direction)
+      : rest_(std::move(rest)),
+        along_(Eigen::MatrixXd::Zero(unknowns.count(), static_cast<Eigen::Index>(marginals.size()))),
+        residual_(marginals.size()),
+        size_(marginals.size()) {
+    const Eigen::Index p = unknowns.effects, at = p + direction;
+    std::vector<Shared> shared;
+    for (Eigen::Index i = 0; i < along_.cols(); ++i) {
+      const Gram& m = marginals[static_cast<std::size_t>(i)];
+      along_.col(i).head(p) = m.col(at).head(p);
+      shared.clear();
+      unknowns.append_shared(static_cast<std::size_t>(i), shared);
+      for (const Shared& one : shared) along_(p + one.unknown, i) += one.factor * m(p + one.direction, at);
+      residual_(i) = m(p + gram_tail - 1, at);
+      size_(i) = m(at, at);
+    }
+  }
+
+  NormalEquations at(double s) const {
+    const Eigen::VectorXd share = s * s / (1 + s * s * size_.array());
+    NormalEquations sum = rest_;
+    sum.information.noalias() -= along_ * share.asDiagonal() * along_.transpose();
+    sum.score.noalias() -= along_ * share.cwiseProduct(residual_);
+    sum.square -= (share.array() * residual_.array().square()).sum();
+    sum.log_determinant += (s * s * size_.array()).log1p().sum();
+    return sum;
+  }
+
+ private:
+  NormalEquations rest_;
+  Eigen::MatrixXd along_;            // M d: of the unknowns, one column a condition
+  Eigen::VectorXd residual_, size_;  // M d of the residual, d^T M d
+};
 
 /// Maximum likelihood of the variances, one at a time until the deviance no longer falls.
 class VarianceFit {
@@ -102,12 +154,12 @@ class VarianceFit {
   /// Variances of least deviance, and that deviance.
   std::pair<RandomEffectSd, double> from(const RandomEffectSd& start) {
     best_ = start;
-    deviance_ = factorise(equations(best_), unknowns_, best_).deviance;
+    deviance_ = solve_within_bounds(equations(best_), unknowns_, best_).deviance;
     for (int round = 0; round < settings.max_variance_rounds; ++round) {
       const double before = deviance_, width = round == 0 ? 3 : 1;  // of ln sd
-      vary(&RandomEffectSd::jitter, width);
-      if (start.offset > 0) vary(&RandomEffectSd::offset, width);
-      vary(&RandomEffectSd::light, width);
+      vary(0, width);
+      if (start.offset > 0) vary(1, width);
+      vary(light_direction, width);
       if (!unknowns_.sd.empty()) vary_shared(width);
       if (before - deviance_ < settings.variances_converged) break;
     }
@@ -130,14 +182,22 @@ class VarianceFit {
     RandomEffectSd varied = best_;
     const auto deviance = [&](double x) {
       varied.*which = x;
-      return factorise(of(varied), unknowns_, varied).deviance;
+      return solve_within_bounds(of(varied), unknowns_, varied).deviance;
     };
     varied.*which = minimise(deviance, bounds_of(which), best_.*which, width);
     const double now = deviance(varied.*which);
     if (now < deviance_) deviance_ = now, best_ = varied;
   }
-  void vary(double RandomEffectSd::*which, double width) {
-    vary(which, width, [&](const RandomEffectSd& varied) { return equations(varied); });
+  /// Standard deviation along a random direction.
+  void vary(Eigen::Index direction, double width) {
+    static constexpr double RandomEffectSd::*sds[] = {&RandomEffectSd::jitter, &RandomEffectSd::offset,
+                                                      &RandomEffectSd::light};
+    double RandomEffectSd::*const which = sds[direction];
+    RandomEffectSd without = best_;
+    without.*which = 0;
+    NormalEquations rest = equations(without);
+    const VariedEquations varied(std::move(rest), marginals_, unknowns_, direction);
+    vary(which, width, [&](const RandomEffectSd& sd) { return varied.at(sd.*which); });
   }
   /// Variances of shared unknowns, which affect the priors only.
   void vary_shared(double width) {
@@ -228,19 +288,24 @@ NormalEquations assemble(std::span<const Gram> marginals, std::span<const double
       sum.score(at) += factor * m(random + a.direction, residual);
       for (std::size_t other = one; other < shared.size(); ++other) {
         const Shared& b = shared[other];
-        const auto [least, most] = std::minmax(a.unknown, b.unknown);
-        sum.information(p + least, p + most) += factor * b.factor * column(random + b.direction);
+        const auto [least, most] = std::minmax(a.unknown, b.unknown);  // lower triangle: mostly along a column
+        sum.information(p + most, p + least) += factor * b.factor * column(random + b.direction);
       }
     }
   }
-  sum.information.triangularView<Eigen::StrictlyLower>() = sum.information.transpose().eval();
+  auto effects = sum.information.topLeftCorner(p, p), block = sum.information.bottomRightCorner(all - p, all - p);
+  effects.triangularView<Eigen::StrictlyLower>() = effects.transpose().eval();
+  block.triangularView<Eigen::StrictlyUpper>() = block.transpose().eval();
+  sum.information.bottomLeftCorner(all - p, p) = sum.information.topRightCorner(p, all - p).transpose();
   return sum;
 }
 
 Solution solve(const NormalEquations& equations, const Unknowns& unknowns, const RandomEffectSd& random_sd) {
-  const Factors factors = factorise(equations, unknowns, random_sd);
+  const Solved solved = solve_within_bounds(equations, unknowns, random_sd);
   const Eigen::Index all = unknowns.count();
-  Solution result{factors.values, factors.factors.solve(Eigen::MatrixXd::Identity(all, all)), factors.deviance, 0};
+  Solution result{solved.values,
+                  Eigen::LDLT<Eigen::MatrixXd>(solved.information).solve(Eigen::MatrixXd::Identity(all, all)),
+                  solved.deviance, 0};
   const double prior = 1 / (settings.prior_width * settings.prior_width);
   for (Eigen::Index j = 0; j < unknowns.effects; ++j)
     result.dimension += std::clamp(1 - prior * result.covariance(j, j), 0.0, 1.0);
