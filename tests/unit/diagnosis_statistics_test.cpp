@@ -198,6 +198,48 @@ TEST(MixedModel, FindsTheVarianceBetweenConditions) {
 /// The same with 14 conditions whose mean square is 36 times that of a stated jitter. Since the rows have no other
 /// noise, the most likely standard deviation under the half-normal prior follows from a quadratic equation in its
 /// square.
+/// The search for the variances has equations of its own for the change of one of them.
+TEST(MixedModel, NoOtherVariancesHaveLessDeviance) {
+  constexpr Eigen::Index effects = 2;
+  constexpr std::size_t conditions = 60;
+  constexpr double jitter = 0.004, offset = 0.003, light = 0.005;
+  Dense dense = random_conditions(conditions, 12, effects);
+  std::mt19937 generator(5);
+  std::normal_distribution<double> normal;
+  std::vector<int> target;
+  std::vector<std::vector<Shared>> shared;
+  for (std::size_t i = 0; i < conditions; ++i) {
+    Eigen::MatrixXd& all = dense.columns[i];
+    all.middleCols(effects, random_directions) *= 1000;
+    all.col(effects + gram_tail - 1) += jitter * normal(generator) * all.col(effects) +
+                                        offset * normal(generator) * all.col(effects + 1) +
+                                        light * normal(generator) * all.col(effects + light_direction);
+    target.push_back(static_cast<int>(i % 3) - 1);
+    const double wave = std::cos(0.1 * static_cast<double>(i));
+    shared.push_back({{uniform_direction, 0, wave}, {light_direction, 1, wave}});
+  }
+  const std::vector<Gram> grams = grams_of(dense);
+  const std::vector<double RandomEffectSd::*> sd = {&RandomEffectSd::drift, &RandomEffectSd::drift_light};
+  const Unknowns unknowns{effects, target, 2, shared, sd};
+  const auto deviance = [&](const RandomEffectSd& random_sd) {
+    std::vector<Gram> marginals = grams;
+    const std::vector<double> determinants = marginalise(marginals, random_sd);
+    return solve(assemble(marginals, determinants, unknowns), unknowns, random_sd).deviance;
+  };
+  const Profile found = profile(grams, unknowns, {});
+  EXPECT_NEAR(found.solution.deviance, deviance(found.random_sd), 1e-9 * std::abs(found.solution.deviance));
+  EXPECT_NEAR(found.random_sd.jitter, jitter, 0.3 * jitter);
+  EXPECT_NEAR(found.random_sd.offset, offset, 0.3 * offset);
+  EXPECT_NEAR(found.random_sd.light, light, 0.3 * light);
+  for (double RandomEffectSd::*which : {&RandomEffectSd::jitter, &RandomEffectSd::offset, &RandomEffectSd::light}) {
+    for (const double factor : {0.85, 1.15}) {
+      RandomEffectSd other = found.random_sd;
+      other.*which *= factor;
+      EXPECT_GT(deviance(other), found.solution.deviance + 0.1) << factor;
+    }
+  }
+}
+
 TEST(MixedModel, AStatedJitterIsThePriorOfThatBetweenConditions) {
   constexpr double stated = 5e-5, seen = 3e-4, conditions = 14;
   std::vector<Gram> grams;
