@@ -321,7 +321,7 @@ class Mat5File {
       }
     };
     if (fits()) {
-      const auto wanted = static_cast<Wanted>(value);
+      const auto wanted = static_cast<Wanted>(number);
       if (static_cast<long double>(wanted) == number || std::isnan(number)) return wanted;
     }
     throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
