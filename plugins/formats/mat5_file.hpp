@@ -9,9 +9,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -19,11 +17,11 @@
 #include <span>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "plugins/formats/mat5_part.hpp"
+#include "plugins/formats/mat5_values.hpp"
 
 namespace tofgraph {
 
@@ -58,10 +56,11 @@ class Mat5File {
     const std::uint64_t slice = array.elements() / array.extent[0], bytes = stored.type.bytes;
     const std::uint64_t position = stored.position + first * slice * bytes, length = count * slice * bytes;
     if (stored.variable.is_compressed)
-      return convert(inflated(index, position, length, first + count == array.extent[0]), stored.type, array, out);
+      return convert_mat5(inflated(index, position, length, first + count == array.extent[0]), stored.type, big_endian_,
+                          array, out);
     const Bytes read = part_at(stored.variable.at + position, length).bytes(length);
     if (read.size() < length) throw std::runtime_error("is damaged: it ends within the variable '" + array.name + "'");
-    convert(read, stored.type, array, out);
+    convert_mat5(read, stored.type, big_endian_, array, out);
   }
 
  private:
@@ -193,7 +192,7 @@ class Mat5File {
       check_values(values, elements_of(extents), end - std::min(end, part.position()));
       if ((flags & complex) == 0) {
         const std::uint64_t position = part.position() - values.within.size();
-        add_array(kind, std::move(extents), path, {variable, position, type_of(values.type)});
+        add_array(kind, std::move(extents), path, {variable, position, mat5_type_of(values.type)});
       }
     }
     return path;
@@ -244,28 +243,9 @@ class Mat5File {
     return elements;
   }
 
-  /// Type of values in the file; 0 bytes: no type of numbers.
-  static ElementType type_of(std::uint32_t type) {
-    constexpr std::uint32_t s = TOFGRAPH_ELEMENT_SIGNED, u = TOFGRAPH_ELEMENT_UNSIGNED, f = TOFGRAPH_ELEMENT_FLOAT;
-    static constexpr std::array<ElementType, 14> types = {{{f, 0},
-                                                           {s, 1},
-                                                           {u, 1},
-                                                           {s, 2},
-                                                           {u, 2},
-                                                           {s, 4},
-                                                           {u, 4},
-                                                           {f, 4},
-                                                           {f, 0},
-                                                           {f, 8},
-                                                           {f, 0},
-                                                           {f, 0},
-                                                           {s, 8},
-                                                           {u, 8}}};
-    return type < types.size() ? types[type] : types[0];
-  }
   /// @param left bytes up to the end of the elements
   static void check_values(const Element& values, std::uint64_t elements, std::uint64_t left) {
-    const std::uint32_t size = type_of(values.type).bytes;
+    const std::uint32_t size = mat5_type_of(values.type).bytes;
     const bool fits = values.within.empty() || values.length <= values.within.size();
     if (!fits || size == 0 || values.length % size != 0 || values.length / size != elements)
       throw std::runtime_error(
@@ -284,7 +264,7 @@ class Mat5File {
       return;
     // From MATLAB's double, single, int8, uint8, int16, uint16, .. uint64.
     static constexpr std::array<std::uint32_t, 10> types = {9, 7, 1, 2, 3, 4, 5, 6, 12, 13};  // as of values
-    const ElementType type = type_of(types.at(kind - 6));
+    const ElementType type = mat5_type_of(types.at(kind - 6));
     if (std::ranges::find(arrays_, name, &FileArray::name) != arrays_.end())
       throw std::runtime_error("is damaged: it has two variables '" + name + "'");
     if (arrays_.size() == max_arrays)
@@ -299,52 +279,6 @@ class Mat5File {
     array.reversed = true;
     arrays_.push_back(std::move(array));
     stored_.push_back(stored);
-  }
-
-  /// Converts values to the type of their array: MATLAB stores a double in fewer bytes if that loses nothing.
-  void convert(std::span<const std::uint8_t> values, ElementType type, const FileArray& array, void* out) const {
-    with_element(type, [&](auto stored) {
-      with_element({array.kind, array.bytes}, [&](auto wanted) {
-        convert_values<decltype(stored), decltype(wanted)>(values, array.name, static_cast<std::uint8_t*>(out));
-      });
-    });
-  }
-  template <class Wanted, class Stored> static Wanted converted(Stored value, const std::string& name) {
-    // The extended type holds every number that a file may store.
-    const auto number = static_cast<long double>(value);
-    const auto fits = [&] {
-      if constexpr (std::is_floating_point_v<Wanted>) {
-        return !(std::abs(number) > static_cast<long double>(std::numeric_limits<Wanted>::max())) || std::isinf(number);
-      } else {
-        return number >= static_cast<long double>(std::numeric_limits<Wanted>::min()) &&
-               number <= static_cast<long double>(std::numeric_limits<Wanted>::max());
-      }
-    };
-    if (fits()) {
-      const auto wanted = static_cast<Wanted>(number);
-      if (static_cast<long double>(wanted) == number || std::isnan(number)) return wanted;
-    }
-    throw std::runtime_error("is damaged: values of the variable '" + name + "' do not fit its type");
-  }
-  template <class Stored, class Wanted>
-  void convert_values(std::span<const std::uint8_t> values, const std::string& name, std::uint8_t* out) const {
-    if (std::is_same_v<Stored, Wanted> && !big_endian_) {
-      std::memcpy(out, values.data(), values.size());
-      return;
-    }
-    for (std::size_t i = 0; i < values.size() / sizeof(Stored); ++i) {
-      std::array<std::uint8_t, sizeof(Stored)> one;
-      std::copy_n(&values[i * sizeof(Stored)], sizeof(Stored), one.begin());
-      if (big_endian_) std::ranges::reverse(one);
-      Stored value;
-      std::memcpy(&value, one.data(), sizeof value);
-      Wanted wanted;
-      if constexpr (std::is_same_v<Stored, Wanted>)
-        wanted = value;
-      else
-        wanted = converted<Wanted>(value, name);
-      std::memcpy(out + i * sizeof(Wanted), &wanted, sizeof wanted);
-    }
   }
 
   std::string path_;

@@ -83,14 +83,20 @@ def frame_number(web):
             return json.loads(data[8:8 + int.from_bytes(data[4:8], "little")])["frame"]
 
 
+def watching(port):
+    """Returns a connection that has requested a frame of the cloud."""
+    web = WebSocket(port)
+    web.send('{"op":"show","nodes":["cloud"],"rate":30}')
+    web.send('{"op":"next"}')
+    return web
+
+
 class Viewer:
     """Client that shows a node."""
 
     def __init__(self, port, reads=True):
         """reads: otherwise it requests frames without reading any."""
-        self.web = WebSocket(port)
-        self.web.send('{"op":"show","nodes":["cloud"],"rate":30}')
-        self.web.send('{"op":"next"}')
+        self.web = watching(port)
         self.received, self.over = 0, threading.Event()
         threading.Thread(target=self.read if reads else self.hang, daemon=True).start()
 
@@ -116,10 +122,11 @@ class Viewer:
         self.over.set()
 
 
-def started(program, camera, sink):
-    """Returns the process of a pipeline and its port."""
-    line = NODES.format(source="simulator distance='1 m' frames=0", sink=sink)
+def started(program, camera, settings=""):
+    """Returns the process of a pipeline, which ends with this program at the latest, and the port of its live view."""
+    line = NODES.format(source="simulator distance='1 m' frames=0", sink=f"live_view port=0 {settings}")
     process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
+    atexit.register(process.kill)
     return process, next(int(re.search(r"localhost:(\d+)", text).group(1)) for text in process.stderr if "http://" in text)
 
 
@@ -128,16 +135,15 @@ def ended(process):
     process.communicate(timeout=60)
 
 
-def processor_seconds_of(process):
-    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+def status_of(pid):
+    """Returns process group and processor time in s."""
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
+    return int(fields[2]), (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def newest(port):
     """Returns the number of the newest frame."""
-    web = WebSocket(port)
-    web.send('{"op":"show","nodes":["cloud"],"rate":30}')
-    web.send('{"op":"next"}')
+    web = watching(port)
     number = frame_number(web)
     web.close()
     return number
@@ -145,17 +151,16 @@ def newest(port):
 
 def slowdown(program, camera, seconds, repeat):
     """One pipeline at full speed. Clients come and go, so that a change of the load affects all alike."""
-    process, port = started(program, camera, "live_view port=0")
-    atexit.register(process.kill)
+    process, port = started(program, camera)
     kinds = {"nobody": lambda: [], "a client": lambda: [Viewer(port)], "a client that never reads": lambda: [Viewer(port, reads=False)]}
     used = {who: [] for who in kinds}
     time.sleep(1)
     for _ in range(repeat):
         for who, make in kinds.items():
-            first, before = newest(port), processor_seconds_of(process)
+            first, before = newest(port), status_of(process.pid)[1]
             viewers = make()
             time.sleep(seconds)
-            last, after = newest(port), processor_seconds_of(process)
+            last, after = newest(port), status_of(process.pid)[1]
             for viewer in viewers:
                 viewer.leave()
             used[who].append(1000 * (after - before) / (last - first))
@@ -171,32 +176,28 @@ def processor_seconds(group):
     total = 0
     for folder in pathlib.Path("/proc").glob("[0-9]*"):
         try:
-            fields = (folder / "stat").read_text().rsplit(")", 1)[1].split()
+            its_group, seconds = status_of(folder.name)
         except OSError:
             continue
-        if int(fields[2]) == group:
-            total += int(fields[11]) + int(fields[12])
-    return total / os.sysconf("SC_CLK_TCK")
+        total += seconds if its_group == group else 0
+    return total
 
 
 def browser(program, camera, pace):
-    line = NODES.format(source="simulator distance='1 m' frames=0", sink=f"live_view port=0 pace='{pace} Hz'")
-    process = subprocess.Popen([program, "run", line, "--camera", camera], stderr=subprocess.PIPE, text=True)
-    url = next(text[text.index("http://"):].split()[0] for text in process.stderr if "http://" in text)
+    process, port = started(program, camera, f"pace='{pace} Hz'")
     with chromium.Browser(webgl=False) as page:
-        page.open(url)
+        page.open(f"http://localhost:{port}/")
         page.wait_for("window.tofgraph && tofgraph.drawn > 2", 60)
         first, before, used, start = page.evaluate("tofgraph.firstPicture"), page.evaluate("tofgraph.drawn"), processor_seconds(page.process.pid), time.monotonic()
         time.sleep(15)
         drawn, seconds = page.evaluate("tofgraph.drawn") - before, time.monotonic() - start
         each = (processor_seconds(page.process.pid) - used) / drawn
         print(f"  first picture after {first:.0f} ms; {drawn / seconds:.1f} pictures/s; {1000 * each:.1f} ms of processor per picture in the browser; load {os.getloadavg()[0]:.1f}")
-    process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
+    ended(process)
 
 
 def memory(program, camera, seconds):
-    process, port = started(program, camera, "live_view port=0 pace='30 Hz'")
+    process, port = started(program, camera, "pace='30 Hz'")
     viewers = [Viewer(port), Viewer(port, reads=False)]
     for part in range(5):
         time.sleep(seconds / 5)

@@ -9,6 +9,7 @@
 #include <boost/math/tools/minima.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -101,9 +102,9 @@ Solved solve_within_bounds(const NormalEquations& equations, const Unknowns& unk
   return result;
 }
 
-Eigen::Vector<double, random_directions> scale_of(const RandomEffectSd& random_sd) {
-  return {random_sd.jitter, random_sd.offset, random_sd.light};
-}
+/// Standard deviations along the random directions.
+constexpr std::array<double RandomEffectSd::*, random_directions> along_directions = {
+    &RandomEffectSd::jitter, &RandomEffectSd::offset, &RandomEffectSd::light};
 
 /// Normal equations as a function of the standard deviation s of one random direction d: a condition's Gram matrix M at
 /// s = 0 becomes M - s^2 / (1 + s^2 d^T M d) (M d)(M d)^T.
@@ -157,9 +158,7 @@ class VarianceFit {
     deviance_ = solve_within_bounds(equations(best_), unknowns_, best_).deviance;
     for (int round = 0; round < settings.max_variance_rounds; ++round) {
       const double before = deviance_, width = round == 0 ? 3 : 1;  // of ln sd
-      vary(0, width);
-      if (start.offset > 0) vary(1, width);
-      vary(light_direction, width);
+      for (Eigen::Index d = 0; d < random_directions; ++d) vary(d, width);
       if (!unknowns_.sd.empty()) vary_shared(width);
       if (before - deviance_ < settings.variances_converged) break;
     }
@@ -188,11 +187,10 @@ class VarianceFit {
     const double now = deviance(varied.*which);
     if (now < deviance_) deviance_ = now, best_ = varied;
   }
-  /// Standard deviation along a random direction.
+  /// Varies the standard deviation along a random direction, unless it is held at 0.
   void vary(Eigen::Index direction, double width) {
-    static constexpr double RandomEffectSd::*sds[] = {&RandomEffectSd::jitter, &RandomEffectSd::offset,
-                                                      &RandomEffectSd::light};
-    double RandomEffectSd::*const which = sds[direction];
+    double RandomEffectSd::*const which = along_directions[static_cast<std::size_t>(direction)];
+    if (best_.*which == 0) return;
     RandomEffectSd without = best_;
     without.*which = 0;
     NormalEquations rest = equations(without);
@@ -227,7 +225,9 @@ Eigen::VectorXd Unknowns::prior(const RandomEffectSd& random_sd) const {
 }
 
 RandomMatrix downdate_factor(const RandomMatrix& gram, const RandomEffectSd& random_sd, double& log_determinant) {
-  const auto scale = scale_of(random_sd);
+  Eigen::Vector<double, random_directions> scale;
+  for (Eigen::Index d = 0; d < random_directions; ++d)
+    scale(d) = random_sd.*along_directions[static_cast<std::size_t>(d)];
   const RandomMatrix inner = RandomMatrix::Identity() + scale.asDiagonal() * gram * scale.asDiagonal();
   const RandomMatrix lower = Eigen::LLT<RandomMatrix>(inner).matrixL();
   log_determinant = 2 * lower.diagonal().array().log().sum();

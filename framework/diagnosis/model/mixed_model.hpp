@@ -66,6 +66,7 @@ struct Unknowns {
 
   /// Unknowns that a condition shares with others, numbered from 0: reflectivity of its target, then the further ones.
   std::vector<Shared> of_condition(std::size_t condition) const;
+  /// Appends them to a list.
   void append_shared(std::size_t condition, std::vector<Shared>& to) const;
   Eigen::Index count() const { return effects + targets + static_cast<Eigen::Index>(sd.size()); }
   /// Inverse variances of the unknowns' priors; effects and reflectivities have a wide one, in their units.
