@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "live/client.hpp"
+#include "live/encoding.hpp"
 
 #include <boost/asio/post.hpp>
 
@@ -18,18 +19,35 @@ std::string json_line(const nlohmann::json& json) {
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
+void Hub::want(const Wanted& nodes) {
+  wanted_planes = nodes.planes;
+  wanted_coded = nodes.coded;
+}
+
+void Hub::send(Picture& picture, Client& client) const {
+  for (NodePicture& node : picture.nodes) {
+    if (node.coded || (client.protocol().wanted().coded >> node.node & 1U) == 0) continue;
+    std::vector<PlaneView> views;
+    for (const Plane& plane : node.planes.value()) views.push_back(view_of(plane));
+    node.coded = std::make_shared<CodedChannels>(coded_channels(views, nodes[node.node]));
+  }
+  client.protocol().show(picture);
+}
+
 void Hub::update_wanted() {
   if (ended && last) {
     for (const auto& client : std::set(clients)) {
-      if (client->ready_for_frame() && client->protocol().wanted() != 0)
-        client->guarded([&] { client->protocol().show(*last); });
+      if (client->ready_for_frame() && client->protocol().wanted().any())
+        client->guarded([&] { send(*last, *client); });
     }
   }
-  std::uint64_t bits = 0;
+  Wanted all;
   for (const auto& client : clients) {
-    if (client->ready_for_frame()) bits |= client->protocol().wanted();
+    const Wanted nodes = client->ready_for_frame() ? client->protocol().wanted() : Wanted{};
+    all.planes |= nodes.planes;
+    all.coded |= nodes.coded;
   }
-  wanted = bits;
+  want(all);
   client_count = clients.size();
 }
 
@@ -112,15 +130,17 @@ void Client::send(Message message) {
 
 void Client::write() {
   writing_ = true;
-  socket_.binary(queue_.front().binary);
-  socket_.async_write(net::buffer(queue_.front().bytes),
-                      [self = shared_from_this()](beast::error_code error, std::size_t) {
-                        self->writing_ = false;
-                        self->queue_.pop_front();
-                        if (error) return self->gone();
-                        if (!self->queue_.empty() && !self->closing_) return self->write();
-                        self->hub_.update_wanted();
-                      });
+  const Message& message = queue_.front();
+  std::vector<net::const_buffer> buffers = {net::buffer(message.bytes)};
+  for (const auto& values : message.values) buffers.emplace_back(values->bytes.data(), values->bytes.size());
+  socket_.binary(message.binary);
+  socket_.async_write(buffers, [self = shared_from_this()](beast::error_code error, std::size_t) {
+    self->writing_ = false;
+    self->queue_.pop_front();
+    if (error) return self->gone();
+    if (!self->queue_.empty() && !self->closing_) return self->write();
+    self->hub_.update_wanted();
+  });
 }
 
 /// Does not wait for a pending write: a client that does not read would never let it finish.

@@ -39,11 +39,15 @@ struct Hub {
   std::set<std::shared_ptr<Client>> clients;
   net::io_context io{1};        // declared after the members that its handlers use in their destructors
   net::thread_pool workers{1};  ///< for requests to the run, which may wait for a frame
-  std::atomic<std::uint64_t> wanted{0};
+  std::atomic<std::uint64_t> wanted_planes{0}, wanted_coded{0};
   std::atomic<std::size_t> client_count{0};
-  std::shared_ptr<const Picture> last;
+  std::shared_ptr<Picture> last;
   bool ended = false;
 
+  /// Sets the nodes that clients wait for.
+  void want(const Wanted& nodes);
+  /// Sends a frame to a client that waits for it, and adds the codes that it needs.
+  void send(Picture& picture, Client& client) const;
   /// Determines the nodes that clients wait for. After the end of the run waiting clients get the last frame.
   void update_wanted();
   /// Sends a request to the run on the worker thread. @param done called with the answer, JSON, on the server's thread
@@ -59,8 +63,8 @@ class Protocol {
   virtual ~Protocol() = default;
   virtual void opened() = 0;
   virtual void received(std::string_view message, bool binary) = 0;
-  /// Nodes of which the client is ready for a frame, as bits.
-  virtual std::uint64_t wanted() const = 0;
+  /// Nodes of which the client is ready for a frame.
+  virtual Wanted wanted() const = 0;
   virtual void show(const Picture& picture) = 0;
   virtual void ended() {}
 
@@ -81,8 +85,10 @@ class Client : public std::enable_shared_from_this<Client> {
 
   /// Accepts the upgrade. @param protocol the chosen sub-protocol, empty: the project's own
   void open(const Request& request, const std::string& protocol);
-  void send_text(std::string text) { send({std::move(text), false}); }
-  void send_binary(std::string bytes) { send({std::move(bytes), true}); }
+  using Values = std::vector<std::shared_ptr<const CodedChannels>>;
+  void send_text(std::string text) { send({std::move(text), {}, false}); }
+  /// @param values follow the bytes in the same message
+  void send_binary(std::string bytes, Values values = {}) { send({std::move(bytes), std::move(values), true}); }
   void close(const std::string& reason);
   /// Calls a function, e.g. a method of the protocol. An exception closes this connection, not the server.
   template <class Call> void guarded(Call&& call, const char* reason = "this message cannot be sent") {
@@ -102,6 +108,7 @@ class Client : public std::enable_shared_from_this<Client> {
  private:
   struct Message {
     std::string bytes;
+    Values values;
     bool binary;
   };
   void send(Message message);

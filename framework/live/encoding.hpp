@@ -6,7 +6,7 @@
 #include "live/picture.hpp"
 
 #include <span>
-#include <string>
+#include <vector>
 
 namespace tofgraph::live {
 
@@ -19,11 +19,14 @@ struct Coding {
 /// Coding for the finite values of an image.
 Coding coding_of(std::span<const float> values);
 
-/// Appends the codes, 2 bytes each, little-endian.
-void append_codes(std::string& bytes, std::span<const float> values, const Coding& coding);
+/// Writes the codes: 2 bytes for each value, little-endian.
+void write_codes(char* bytes, std::span<const float> values, const Coding& coding);
 
 /// Distances of points along the rays of their pixels, m; NaN for missing points. Empty if a point is more than 0.1 mm
 /// away from its ray, because the cloud was moved or is not ordered by pixels.
-std::vector<float> along_rays(const Plane& points, const NodeInfo& node);
+std::vector<float> along_rays(const PlaneView& points, const NodeInfo& node);
+
+/// Channels of a node for the page.
+CodedChannels coded_channels(std::span<const PlaneView> planes, const NodeInfo& node);
 
 }  // namespace tofgraph::live

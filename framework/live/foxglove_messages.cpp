@@ -32,8 +32,8 @@ json xyz_schema(const char* title, bool w) {
 json time_json(std::uint64_t ns) { return {{"sec", ns / 1'000'000'000}, {"nsec", ns % 1'000'000'000}}; }
 
 const Plane* plane_of(const NodePicture& picture, const std::string& name) {
-  const auto found = std::ranges::find(picture.planes, name, &Plane::name);
-  return found != picture.planes.end() ? &*found : nullptr;
+  const auto found = std::ranges::find(picture.planes.value(), name, &Plane::name);
+  return found != picture.planes->end() ? &*found : nullptr;
 }
 
 json cloud_message(const NodeInfo& node, const NodePicture& picture, std::uint64_t time) {

@@ -53,11 +53,11 @@ class FoxgloveProtocol final : public Protocol {
     }
   }
 
-  std::uint64_t wanted() const override {
-    if (client_.hub().ended && has_last_) return 0;
+  Wanted wanted() const override {
+    if (client_.hub().ended && has_last_) return {};
     std::uint64_t bits = 0;
     for (const auto& [id, topic] : subscriptions_) bits |= std::uint64_t{1} << topics_[topic].node;
-    return bits;
+    return {.planes = bits};
   }
 
   void show(const Picture& picture) override {

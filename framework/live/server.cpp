@@ -107,23 +107,31 @@ std::string Server::url() const {
                      options.token.empty() ? "" : fmt::format("?token={}", options.token));
 }
 
-std::uint64_t Server::wanted() const { return impl_->hub.wanted.load(std::memory_order_relaxed); }
+Wanted Server::wanted() const {
+  return {.planes = impl_->hub.wanted_planes.load(std::memory_order_relaxed),
+          .coded = impl_->hub.wanted_coded.load(std::memory_order_relaxed)};
+}
 std::size_t Server::clients() const { return impl_->hub.client_count.load(std::memory_order_relaxed); }
 
-void Server::show(std::shared_ptr<const Picture> picture) {
-  impl_->hub.wanted = 0;  // until the clients are ready again
+void Server::show(std::shared_ptr<Picture> picture) {
+  impl_->hub.want({});  // until the clients are ready again
   net::post(impl_->hub.io, [&hub = impl_->hub, picture = std::move(picture)] {
-    std::uint64_t shown = 0;
-    for (const NodePicture& node : picture->nodes) shown |= std::uint64_t{1} << node.node;
+    Wanted shown;
+    for (const NodePicture& node : picture->nodes) {
+      const std::uint64_t bit = std::uint64_t{1} << node.node;
+      shown.planes |= node.planes ? bit : 0;
+      shown.coded |= bit;  // from the planes, if need be
+    }
     for (const auto& client : std::set(hub.clients)) {
-      const std::uint64_t wants = client->ready_for_frame() ? client->protocol().wanted() : 0;
-      if (wants != 0 && (wants & ~shown) == 0) client->guarded([&] { client->protocol().show(*picture); });
+      const Wanted wants = client->ready_for_frame() ? client->protocol().wanted() : Wanted{};
+      const bool all_there = (wants.planes & ~shown.planes) == 0 && (wants.coded & ~shown.coded) == 0;
+      if (wants.any() && all_there) client->guarded([&] { hub.send(*picture, *client); });
     }
     hub.update_wanted();
   });
 }
 
-void Server::end(std::shared_ptr<const Picture> last) {
+void Server::end(std::shared_ptr<Picture> last) {
   net::post(impl_->hub.io, [&hub = impl_->hub, last = std::move(last)] {
     hub.ended = true;
     hub.last = last;

@@ -44,13 +44,13 @@ class Server {
   std::uint16_t port() const;
   /// Address of the page, with the token if there is one.
   std::string url() const;
-  /// Nodes that a client is waiting for, as bits. [any thread]
-  std::uint64_t wanted() const;
+  /// Nodes that clients are waiting for, and in which form. [any thread]
+  Wanted wanted() const;
   std::size_t clients() const;  ///< [any thread]
-  /// Sends a frame to the clients waiting for it. [any thread]
-  void show(std::shared_ptr<const Picture> picture);
+  /// Sends a frame to the clients waiting for it. Codes that they need are added to it. [any thread]
+  void show(std::shared_ptr<Picture> picture);
   /// Informs the clients that there are no more frames. Later clients get `last`, which may be null.
-  void end(std::shared_ptr<const Picture> last);
+  void end(std::shared_ptr<Picture> last);
 
  private:
   struct Impl;

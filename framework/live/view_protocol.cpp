@@ -2,9 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Protocol of the page: docs/live_view.md.
 #include "live/client.hpp"
-#include "live/encoding.hpp"
-
-#include <fmt/format.h>
 
 #include <cmath>
 
@@ -13,44 +10,16 @@ namespace {
 
 enum class Kind : std::uint32_t { rays = 1, frame = 2 };
 
-/// Message: kind, length of the JSON text, the text padded with blanks to a multiple of 8, the values.
-std::string binary_message(Kind kind, const nlohmann::json& header, std::string values) {
+/// First part of a message: kind, length of the JSON text, the text padded with blanks to a multiple of 8.
+std::string message_head(Kind kind, const nlohmann::json& header) {
   std::string text = json_line(header);
   text.append((8 - text.size() % 8) % 8, ' ');
   const std::uint32_t head[2] = {static_cast<std::uint32_t>(kind), static_cast<std::uint32_t>(text.size())};
   text.insert(0, reinterpret_cast<const char*>(head), sizeof head);
-  return std::move(values.insert(0, text));
+  return text;
 }
 
 nlohmann::json number_or_null(double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); }
-
-/// Appends a channel's values and describes them.
-nlohmann::json append_plane(std::string& values, const Plane& plane, const NodeInfo& node) {
-  values.append((8 - values.size() % 8) % 8, '\0');
-  nlohmann::json channel = {{"name", plane.name}, {"unit", plane.unit}, {"at", values.size()}};
-  if (!plane.bits.empty()) {
-    channel["type"] = "bits";
-    values.append(reinterpret_cast<const char*>(plane.bits.data()), plane.bits.size() * 2);
-    return channel;
-  }
-  std::span<const float> numbers = plane.values;
-  std::vector<float> lengths;
-  channel["type"] = "codes";
-  if (plane.depth == 3) {
-    lengths = along_rays(plane, node);
-    numbers = lengths;
-    channel["type"] = lengths.empty() ? "points" : "along_rays";
-  }
-  if (channel["type"] == "points") {
-    values.append(reinterpret_cast<const char*>(plane.values.data()), plane.values.size() * sizeof(float));
-    return channel;
-  }
-  const Coding coding = coding_of(numbers);
-  channel["offset"] = coding.offset;
-  channel["step"] = coding.step;
-  append_codes(values, numbers, coding);
-  return channel;
-}
 
 class ViewProtocol final : public Protocol {
  public:
@@ -92,33 +61,27 @@ class ViewProtocol final : public Protocol {
     }
   }
 
-  std::uint64_t wanted() const override { return ready_ ? nodes_ : 0; }
+  Wanted wanted() const override { return {.coded = ready_ ? nodes_ : 0}; }
 
   void show(const Picture& picture) override {
     nlohmann::json blocks = nlohmann::json::array();
-    std::string values;
-    values.reserve(size_);
+    Client::Values values;
+    std::size_t begin = 0;  // of a node's values
     for (const NodePicture& shown : picture.nodes) {
       if ((nodes_ >> shown.node & 1U) == 0) continue;
-      const NodeInfo& node = client_.hub().nodes[shown.node];
-      nlohmann::json channels = nlohmann::json::array();
-      std::size_t rows = 0, columns = 0;
-      for (const Plane& plane : shown.planes) {
-        channels.push_back(append_plane(values, plane, node));
-        channels.back()["rows"] = rows = plane.rows;
-        channels.back()["columns"] = columns = plane.columns;
-      }
-      blocks.push_back({{"node", node.name}, {"channels", std::move(channels)}});
+      values.push_back(shown.coded);
+      nlohmann::json channels = values.back()->descriptions;
+      for (nlohmann::json& channel : channels) channel["at"] = channel["at"].get<std::size_t>() + begin;
+      begin += values.back()->bytes.size();
+      blocks.push_back({{"node", client_.hub().nodes[shown.node].name}, {"channels", std::move(channels)}});
     }
-    size_ = values.size() + 4096;  // including the header
     ready_ = false;
     client_.frame_sent();
-    client_.send_binary(binary_message(Kind::frame,
-                                       {{"frame", picture.frame},
-                                        {"timestamp_ns", std::to_string(picture.timestamp_ns)},
-                                        {"integration_time", number_or_null(picture.integration_time)},
-                                        {"nodes", std::move(blocks)}},
-                                       std::move(values)));
+    client_.send_binary(message_head(Kind::frame, {{"frame", picture.frame},
+                                                   {"timestamp_ns", std::to_string(picture.timestamp_ns)},
+                                                   {"integration_time", number_or_null(picture.integration_time)},
+                                                   {"nodes", std::move(blocks)}}),
+                        std::move(values));
   }
 
   void ended() override { client_.send_text(R"({"op":"end"})"); }
@@ -142,9 +105,10 @@ class ViewProtocol final : public Protocol {
   void send_rays(const NodeInfo& node) {
     if (node.rays == nullptr) return;
     const std::size_t count = node.rows * node.columns * 3;
-    client_.send_binary(binary_message(Kind::rays,
-                                       {{"node", node.name}, {"rows", node.rows}, {"columns", node.columns}},
-                                       {reinterpret_cast<const char*>(node.rays), count * sizeof(float)}));
+    std::string message =
+        message_head(Kind::rays, {{"node", node.name}, {"rows", node.rows}, {"columns", node.columns}});
+    message.append(reinterpret_cast<const char*>(node.rays), count * sizeof(float));
+    client_.send_binary(std::move(message));
   }
 
   void refuse(nlohmann::json head, const std::string& problem) {
@@ -168,7 +132,6 @@ class ViewProtocol final : public Protocol {
   std::uint64_t nodes_ = 0, with_rays_ = 0;
   bool ready_ = false;
   int asking_ = 0;
-  std::size_t size_ = 0;  // of a message, bytes
 };
 
 }  // namespace

@@ -14,13 +14,15 @@
 #include <sstream>
 #include <thread>
 
+#include "live/encoding.hpp"
 #include "live/server.hpp"
 
 namespace tofgraph {
 
-/// Sends the newest frame to each client that is ready for one. A frame is copied only if a client is ready, or if `hold`
-/// is set, since any frame may be the last. Several inputs can be viewed side by side. The server listens from prepare()
-/// on, so that a port in use is reported before the first frame, but only if a run follows (not for `check`).
+/// Sends the newest frame to each client that is ready for one. A frame is encoded only if a client is ready, and
+/// copied only for clients of Foxglove's protocol or if `hold` is set, since any frame may be the last. Several inputs
+/// can be viewed side by side. The server listens from prepare() on, so that a port in use is reported before the first
+/// frame, but only if a run follows (not for `check`).
 struct LiveView final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, flags and points"}};
   Param<std::int64_t> port{
@@ -86,18 +88,20 @@ struct LiveView final : Sink {
     if (!announced_) announce();
     keep_pace();
     wait_for_client(Clock::now() + std::chrono::seconds(1));
-    const std::uint64_t wanted = *hold ? ~std::uint64_t{0} : server_->wanted();
-    if (wanted == 0) return;
+    live::Wanted wanted = server_->wanted();
+    if (*hold) wanted = {.planes = ~std::uint64_t{0}, .coded = 0};
+    if (!wanted.any()) return;
     auto picture = std::make_shared<live::Picture>();
     const tofgraph_metadata& metadata = frames.front().metadata();
     picture->frame = metadata.number;
     picture->timestamp_ns = metadata.timestamp_ns;
     picture->integration_time = metadata.integration_time;
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      if ((wanted >> i & 1U) != 0) picture->nodes.push_back(copied(frames[i], i));
+      const bool planes = (wanted.planes >> i & 1U) != 0, coded = (wanted.coded >> i & 1U) != 0;
+      if (planes || coded) picture->nodes.push_back(picture_of(frames[i], i, planes, coded));
     }
     if (*hold) last_ = picture;
-    if (server_->wanted() != 0) server_->show(std::move(picture));
+    if (server_->wanted().any()) server_->show(std::move(picture));
   }
 
   void finish() {
@@ -144,25 +148,33 @@ struct LiveView final : Sink {
     return node;
   }
 
-  live::NodePicture copied(const Frame& frame, std::size_t node) const {
-    live::NodePicture picture{node, {}};
+  /// Channels of a frame; valid as long as the frame.
+  std::vector<live::PlaneView> planes_of(const Frame& frame, std::size_t node) const {
+    std::vector<live::PlaneView> planes;
     for (const live::ChannelInfo& channel : nodes_[node].channels) {
       const tofgraph_view view = frame.find(channel.name.c_str());
       if (view.data == nullptr) continue;
-      live::Plane& plane = picture.planes.emplace_back();
+      live::PlaneView& plane = planes.emplace_back();
       plane.name = channel.name;
       plane.unit = channel.unit;
       plane.rows = view.extent[0];
       plane.columns = view.extent[1];
       plane.depth = view.rank == 3 ? view.extent[2] : 1;
-      if (view.type == TOFGRAPH_TYPE_U16) {
-        const Array<const std::uint16_t> bits(view);
-        plane.bits.assign(bits.begin(), bits.end());
-      } else {
-        const Array<const float> values(view);
-        plane.values.assign(values.begin(), values.end());
-      }
+      if (view.type == TOFGRAPH_TYPE_U16)
+        plane.bits = Array<const std::uint16_t>(view).span();
+      else
+        plane.values = Array<const float>(view).span();
     }
+    return planes;
+  }
+
+  live::NodePicture picture_of(const Frame& frame, std::size_t node, bool with_planes, bool with_codes) const {
+    const std::vector<live::PlaneView> planes = planes_of(frame, node);
+    live::NodePicture picture{node, {}, {}};
+    if (with_codes) picture.coded = std::make_shared<live::CodedChannels>(live::coded_channels(planes, nodes_[node]));
+    if (!with_planes) return picture;
+    picture.planes.emplace();
+    for (const live::PlaneView& plane : planes) picture.planes->push_back(live::copy_of(plane));
     return picture;
   }
 
@@ -179,7 +191,7 @@ struct LiveView final : Sink {
   }
 
   void wait_for_client(Clock::time_point until) const {
-    while (*wait && runs_ && server_->wanted() == 0 && !stopping() && Clock::now() < until)
+    while (*wait && runs_ && !server_->wanted().any() && !stopping() && Clock::now() < until)
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
 
@@ -208,7 +220,7 @@ struct LiveView final : Sink {
   }
 
   std::vector<live::NodeInfo> nodes_;
-  std::shared_ptr<const live::Picture> last_;
+  std::shared_ptr<live::Picture> last_;
   bool announced_ = false, runs_ = false;  // runs: false without a pipeline, as in `plugin check`: no client will come
   Clock::time_point next_{};
   std::unique_ptr<live::Server> server_;  // last, so that its thread ends first

@@ -83,10 +83,10 @@ def frame_number(web):
             return json.loads(data[8:8 + int.from_bytes(data[4:8], "little")])["frame"]
 
 
-def watching(port):
+def watching(port, rate=30):
     """Returns a connection that has requested a frame of the cloud."""
     web = WebSocket(port)
-    web.send('{"op":"show","nodes":["cloud"],"rate":30}')
+    web.send(json.dumps({"op": "show", "nodes": ["cloud"], "rate": rate}))
     web.send('{"op":"next"}')
     return web
 
@@ -94,9 +94,9 @@ def watching(port):
 class Viewer:
     """Client that shows a node."""
 
-    def __init__(self, port, reads=True):
+    def __init__(self, port, reads=True, rate=30):
         """reads: otherwise it requests frames without reading any."""
-        self.web = watching(port)
+        self.web = watching(port, rate)
         self.received, self.over = 0, threading.Event()
         threading.Thread(target=self.read if reads else self.hang, daemon=True).start()
 
@@ -149,27 +149,34 @@ def newest(port):
     return number
 
 
+def change(values, reference):
+    """Returns the median and the quartiles of the relative change as text."""
+    quartiles = [100 * (q - 1) for q in statistics.quantiles([a / b for a, b in zip(values, reference)], n=4)]
+    return f"{quartiles[1]:+.1f} % ({quartiles[0]:+.1f} to {quartiles[2]:+.1f})"
+
+
 def slowdown(program, camera, seconds, repeat):
     """One pipeline at full speed. Clients come and go, so that a change of the load affects all alike."""
     process, port = started(program, camera)
-    kinds = {"nobody": lambda: [], "a client": lambda: [Viewer(port)], "a client that never reads": lambda: [Viewer(port, reads=False)]}
-    used = {who: [] for who in kinds}
+    kinds = {"nobody": lambda: [], "a client": lambda: [Viewer(port)], "a client, 15 frames/s": lambda: [Viewer(port, rate=15)],
+             "a client that never reads": lambda: [Viewer(port, reads=False)]}
+    used, rates = {who: [] for who in kinds}, {who: [] for who in kinds}
     time.sleep(1)
     for _ in range(repeat):
         for who, make in kinds.items():
-            first, before = newest(port), status_of(process.pid)[1]
+            first, before, start = newest(port), status_of(process.pid)[1], time.monotonic()
             viewers = make()
             time.sleep(seconds)
-            last, after = newest(port), status_of(process.pid)[1]
+            last, after, seconds_passed = newest(port), status_of(process.pid)[1], time.monotonic() - start
             for viewer in viewers:
                 viewer.leave()
             used[who].append(1000 * (after - before) / (last - first))
+            rates[who].append((last - first) / seconds_passed)
             time.sleep(0.1)
     ended(process)
     for who, times in used.items():
-        ratios = [a / b for a, b in zip(times, used["nobody"])]
-        quartiles = [100 * (q - 1) for q in statistics.quantiles(ratios, n=4)]
-        print(f"  {who}: {statistics.median(times):.3f} ms of processor per frame, {quartiles[1]:+.1f} % ({quartiles[0]:+.1f} to {quartiles[2]:+.1f})")
+        print(f"  {who}: {statistics.median(times):.3f} ms of processor per frame, {change(times, used['nobody'])}; "
+              f"{statistics.median(rates[who]):.1f} frames/s, {change(rates[who], rates['nobody'])}")
 
 
 def processor_seconds(group):

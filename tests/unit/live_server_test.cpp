@@ -24,8 +24,8 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 std::vector<double> decoded(const std::vector<float>& values, Coding& coding) {
   coding = coding_of(values);
-  std::string bytes;
-  append_codes(bytes, values, coding);
+  std::string bytes(2 * values.size(), 0);
+  write_codes(bytes.data(), values, coding);
   std::vector<double> result;
   for (std::size_t i = 0; i < values.size(); ++i) {
     std::uint16_t code = 0;
@@ -72,14 +72,14 @@ TEST(LiveEncoding, MovedCloudsAreNotAlongTheRays) {
   node.columns = 2;
   node.rays = rays.data();
   Plane points{"points", "m", 1, 2, 3, {0, 0, 2, nan, nan, nan}, {}};
-  const std::vector<float> along = along_rays(points, node);
+  const std::vector<float> along = along_rays(view_of(points), node);
   ASSERT_EQ(along.size(), 2U);
   EXPECT_EQ(along[0], 2);
   EXPECT_TRUE(std::isnan(along[1]));
   points.values[0] = 0.01F;
-  EXPECT_TRUE(along_rays(points, node).empty());
+  EXPECT_TRUE(along_rays(view_of(points), node).empty());
   points.columns = 1;
-  EXPECT_TRUE(along_rays(points, node).empty());
+  EXPECT_TRUE(along_rays(view_of(points), node).empty());
 }
 
 TEST(LiveEncoding, Base64IsThatOfRfc4648) {
@@ -114,18 +114,20 @@ class LiveServer : public testing::Test {
                  }});
     port = std::to_string(server->port());
   }
-  std::shared_ptr<const Picture> picture(std::uint64_t number, std::size_t rows, std::size_t columns) const {
+  std::shared_ptr<Picture> picture(std::uint64_t number, std::size_t rows, std::size_t columns) const {
     auto made = std::make_shared<Picture>();
     made->frame = number;
     made->integration_time = std::nan("");
-    made->nodes.push_back({0,
-                           {{"depth", "m", rows, columns, 1, std::vector<float>(rows * columns, nan), {}},
-                            {"flags", "", rows, columns, 1, {}, std::vector<std::uint16_t>(rows * columns, 1)}}});
+    made->nodes.push_back(
+        {0,
+         std::vector<Plane>{{"depth", "m", rows, columns, 1, std::vector<float>(rows * columns, nan), {}},
+                            {"flags", "", rows, columns, 1, {}, std::vector<std::uint16_t>(rows * columns, 1)}},
+         {}});
     return made;
   }
   void wait_until_wanted() const {
-    for (int i = 0; i < 1000 && server->wanted() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    ASSERT_EQ(server->wanted(), 1U);
+    for (int i = 0; i < 1000 && !server->wanted().any(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(server->wanted().any());
   }
   std::vector<float> rays;
   std::unique_ptr<Server> server;
@@ -137,7 +139,7 @@ TEST_F(LiveServer, FramesMayChangeTheirSizeAndHaveNoValue) {
   EXPECT_THAT(client.read(), testing::HasSubstr("\"op\":\"hello\""));
   client.send(R"({"op":"show","nodes":["decode","nothing"],"rate":1000})");
   EXPECT_EQ(tests::ViewMessage(client.read()).kind, 1U);
-  EXPECT_EQ(server->wanted(), 0U) << "nobody has asked for a frame";
+  EXPECT_FALSE(server->wanted().any()) << "nobody has asked for a frame";
   for (const std::size_t rows : {std::size_t{3}, std::size_t{7}, std::size_t{1}}) {
     client.send(R"({"op":"next"})");
     wait_until_wanted();
@@ -148,6 +150,42 @@ TEST_F(LiveServer, FramesMayChangeTheirSizeAndHaveNoValue) {
     for (const double value : frame.decoded("decode", "depth")) EXPECT_TRUE(std::isnan(value));
     EXPECT_EQ(frame.decoded("decode", "flags"), std::vector<double>(rows * 4, 1));
   }
+}
+
+TEST(LiveServerNodes, ShareAMessageWithAlignedValues) {
+  NodeInfo near, far;
+  near.name = "near", far.name = "far";
+  near.channels = far.channels = {{"depth", "m", ""}, {"flags", "", ""}};
+  ServerOptions options;
+  options.port = 0;
+  Server server(options, {near, far}, {});
+  const std::vector<float> depths = {1, 2, 3, nan, 5, 6, 7, 8, 9};
+  const std::vector<std::uint16_t> bits = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const std::vector<PlaneView> planes = {{"depth", "m", 3, 3, 1, depths, {}}, {"flags", "", 3, 3, 1, {}, bits}};
+  WebClient page(std::to_string(server.port())), other(std::to_string(server.port()), "foxglove.sdk.v1");
+  page.read();
+  page.send(R"({"op":"show","nodes":["near","far"]})");
+  page.send(R"({"op":"next"})");
+  other.read();
+  other.read();
+  other.send(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
+  for (int i = 0; i < 1000 && server.wanted().coded != 3; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  auto coded = std::make_shared<Picture>();
+  for (const std::size_t node : {std::size_t{0}, std::size_t{1}})
+    coded->nodes.push_back({node, {}, std::make_shared<CodedChannels>(coded_channels(planes, near))});
+  server.show(coded);
+  const tests::ViewMessage frame(page.read());
+  for (const std::string node : {"near", "far"}) {
+    for (const std::string channel : {"depth", "flags"})
+      EXPECT_EQ(frame.channel(node, channel)["at"].get<std::size_t>() % 8, 0U) << node << " " << channel;
+    const std::vector<double> decoded = frame.decoded(node, "depth");
+    ASSERT_EQ(decoded.size(), 9U);
+    EXPECT_NEAR(decoded[8], 9, 1e-4);
+    EXPECT_TRUE(std::isnan(decoded[3]));
+    EXPECT_EQ(frame.decoded(node, "flags"), (std::vector<double>{0, 1, 2, 3, 4, 5, 6, 7, 8}));
+  }
+  EXPECT_TRUE(other.read(std::chrono::milliseconds(200)).empty()) << "it needs the values themselves";
 }
 
 TEST_F(LiveServer, ALateClientSeesTheLastFrame) {
@@ -176,10 +214,11 @@ std::unique_ptr<Server> server_of(const std::vector<std::string>& channels, RunC
   options.port = 0;
   return std::make_unique<Server>(options, std::vector{node}, std::move(calls));
 }
-std::shared_ptr<const Picture> picture_of(const std::vector<std::string>& channels) {
+std::shared_ptr<Picture> picture_of(const std::vector<std::string>& channels) {
   auto made = std::make_shared<Picture>();
-  made->nodes.push_back({0, {}});
-  for (const std::string& name : channels) made->nodes[0].planes.push_back({name, "m", 1, 1, 1, {2}, {}});
+  std::vector<Plane> planes;
+  for (const std::string& name : channels) planes.push_back({name, "m", 1, 1, 1, {2}, {}});
+  made->nodes.push_back({0, planes, {}});
   return made;
 }
 
@@ -194,7 +233,7 @@ TEST(LiveServerNames, ThoseThatAreNotUtf8AreReplaced) {
     client.send(protocol == "tofgraph.v1" ? R"({"op":"show","nodes":["read"]})"
                                           : R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
     if (protocol == "tofgraph.v1") client.send(R"({"op":"next"})");
-    for (int i = 0; i < 1000 && server->wanted() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (int i = 0; i < 1000 && !server->wanted().any(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     server->show(picture_of({"m\xe4", "depth"}));
     EXPECT_FALSE(client.read().empty());
   }
@@ -213,7 +252,7 @@ TEST(LiveServerNames, AFoxgloveClientMaySubscribe60Channels) {
   client.read();
   client.send(nlohmann::json({{"op", "subscribe"}, {"subscriptions", wishes}}).dump());
   EXPECT_THAT(client.read(), testing::HasSubstr("at most 60 channels"));
-  for (int i = 0; i < 1000 && server->wanted() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (int i = 0; i < 1000 && !server->wanted().any(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   server->show(picture_of(channels));
   for (int i = 0; i < 60; ++i) ASSERT_EQ(client.read()[0], 1) << i;
 }
@@ -351,7 +390,7 @@ TEST_F(LiveServer, SurvivesMalformedRequestsAndMessages) {
         for (int k = 0; k < 4; ++k) {
           const std::string message = k % 2 == 0 ? any(good_messages()) : damaged(any(good_messages()), random);
           i % 3 == 0 ? client->send_binary(message) : client->send(message);
-          if (server->wanted() != 0) server->show(picture(static_cast<std::uint64_t>(i), 3, 4));
+          if (server->wanted().any()) server->show(picture(static_cast<std::uint64_t>(i), 3, 4));
         }
         if (i % 5 == 0) client->send(std::string(100000, 'x'));  // longer than allowed
       } catch (const std::exception&) {                          // disconnected: correct
