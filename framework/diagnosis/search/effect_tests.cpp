@@ -269,9 +269,21 @@ std::string EffectTests::why_not_together() const {
   return why.empty() || alone ? why : "most folds chose others beside it, and with these " + why;
 }
 
+/// Compares effects with rivals that folds may have chosen in their place; after the time limit only those effects that
+/// too few folds chose, with what these chose.
+void EffectTests::compare_unconfirmed() {
+  SearchResult& result = findings_.result;
+  if (!result.time_expired) return findings_.compare_with_rivals();
+  for (std::size_t f = 0; f < result.found.size(); ++f) {
+    set_held_out_results(result.found[f]);
+    if (result.found[f].improvement.folds < min_folds_choosing(result.cross_fit.folds.size()))
+      findings_.compare_with_choices_of_folds(findings_.given_terms().size() + f);
+  }
+}
+
 bool EffectTests::drop_unconfirmed() {
   if (findings_.result.cross_fit.empty()) return false;
-  if (!findings_.result.time_expired && !all_confirmed()) findings_.compare_with_rivals();
+  if (!all_confirmed()) compare_unconfirmed();
   const bool changed = findings_.drop_refuted([&](EffectFinding& finding) {
     set_held_out_results(finding);
     std::string why = held_out_failure(finding, findings_.result.cross_fit);

@@ -40,6 +40,7 @@ class EffectTests {
   bool drop_unidentifiable();
   bool is_confirmed(const ModelTerm& addition) const;
   bool all_confirmed() const;
+  void compare_unconfirmed();
   std::string why_not_together() const;
 
   Findings& findings_;

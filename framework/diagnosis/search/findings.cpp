@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -71,6 +72,14 @@ void Findings::compare_with_rivals() {
   for (std::size_t t = given_terms().size(); t < selection.terms().size(); ++t) compare(t);
   rivals_.add_of_several(result.found, given_terms().size());
   compared_ = true;
+}
+
+void Findings::compare_with_choices_of_folds(std::size_t term) {
+  EffectFinding& finding = result.found[term - given_terms().size()];
+  std::vector<std::string> instead;
+  for (const FoldResult& fold : result.cross_fit.folds)
+    if (!fold.chose(finding.names())) std::ranges::copy(fold.chosen, std::back_inserter(instead));
+  std::ranges::copy(rivals_.among(instead, finding, term), std::back_inserter(finding.rivals));
 }
 
 void Findings::compare(std::size_t term) {

@@ -44,6 +44,8 @@ class Findings {
 
   /// Compares each effect with its rivals, once; again after an effect was dropped.
   void compare_with_rivals();
+  /// Compares one effect only with those of its confusable effects that folds chose in its place.
+  void compare_with_choices_of_folds(std::size_t term);
   bool are_compared() const { return compared_; }
   /// Requests another comparison of the effects with their rivals.
   void forget_comparison() { compared_ = false; }

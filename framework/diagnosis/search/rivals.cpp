@@ -36,6 +36,14 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
   return parts;
 }
 
+/// A model with a rival, at its values in another fit, in the place of these effects.
+State exchanged(State model, std::span<const std::string> effects, const State& fit, const Candidate& rival) {
+  std::erase_if(model.terms,
+                [&](const Term& term) { return std::ranges::find(effects, term.candidate->name()) != effects.end(); });
+  model.terms.push_back(fit.terms[term_of(fit, rival)]);
+  return model;
+}
+
 }  // namespace
 
 std::string Rival::separating_experiment(const Candidate& found) const {
@@ -77,7 +85,10 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   const double behind = fit.deviance - best.deviance;
   if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
     try {
-      fit = selection_.fit_at_every_pixel(fit.state);
+      // Beside maps the fit of a rival may end far from the best model, though the two can hardly be distinguished.
+      State start = exchanged(best.state, in_place_of, fit.state, candidate);
+      if (!(deviance_of(problem_, start) < fit.deviance)) start = fit.state;
+      fit = selection_.fit_at_every_pixel(std::move(start));
       fit.state.precomputed = less.state.precomputed;  // equal in all models compared
     } catch (const simulation::EffectError&) {         // undefined in some pixel: the coarse fit is kept
     }
@@ -125,6 +136,22 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
     for (ModelFit& fit : selection_.forms_of(less, *candidate)) compare(*candidate, std::move(fit));
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
+  return rivals;
+}
+
+std::vector<Rival> Rivals::among(const std::vector<std::string>& names, const EffectFinding& found, std::size_t term) {
+  const ModelFit& less = selection_.without({term, std::nullopt});
+  const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
+  std::vector<Rival> rivals;
+  for (const auto& candidate : candidates_) {
+    const auto is_in_list = [&](const std::vector<std::string>& list) {
+      return std::ranges::find(list, candidate->name()) != list.end();
+    };
+    if (!is_in_list(alike) || !is_in_list(names) || is_in(less.state, *candidate)) continue;
+    for (ModelFit& fit : selection_.forms_of(less, *candidate))
+      if (std::optional<Rival> rival = compared(less, *candidate, {found.name}, std::move(fit)))
+        put(rivals, *std::move(rival));
+  }
   return rivals;
 }
 

@@ -57,6 +57,8 @@ class Rivals {
 
   /// Rivals of a term that was found, best first.
   std::vector<Rival> of(const EffectFinding& found, std::size_t term);
+  /// Only those of its declared confusable effects that are among these names.
+  std::vector<Rival> among(const std::vector<std::string>& names, const EffectFinding& found, std::size_t term);
   /// Adds single effects that cannot be distinguished from several found together: each becomes a rival of all that it
   /// replaces, and no effect has two such rivals. @param first_term index of the first found term
   void add_of_several(std::vector<EffectFinding>& all, std::size_t first_term);

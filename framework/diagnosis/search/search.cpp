@@ -112,6 +112,9 @@ class Search {
       hold_given_values();
       std::string why = why_worse();
       for (; !why.empty() && !selection_.additions().empty(); why = why_worse()) drop_least(why);
+      // What remains of a larger model was not tested by the folds.
+      const bool remains = !result_.not_better.empty() && !selection_.additions().empty();
+      if (why.empty() && remains && !result_.verified.is_better()) why = result_.not_better;
       if (!why.empty()) keep_given(why);
     } catch (const TimeExpired&) {
       result_.time_expired = true;
