@@ -130,7 +130,7 @@ class Run {
     progress(found_by, "computing values and intervals");
     compute_gaps();
     if (whole_ && !d_->search.time_expired) predict_rest();
-    const bool time_expired = d_->search.time_expired || limit_.at(1).has_passed();
+    const bool time_expired = d_->time_expired = d_->search.time_expired || limit_.at(1).has_passed();
     if (time_expired && !d_->search.time_expired)
       note({"The time limit passed after the search: nothing was searched again, and no next condition is advised."});
     for (EffectFinding& found : d_->search.found) sort_ties(found.rivals);
@@ -277,7 +277,7 @@ class Run {
 
   void compute_gaps() {
     const CrossFit& folds = d_->search.cross_fit;
-    if (folds.empty() && !d_->search.time_expired)
+    if (folds.empty() && !d_->search.time_expired && !d_->search.is_given)
       note({"No setting has enough levels to hold some out: the gap is that of the fit itself."});
     for (const FoldResult& fold : folds.folds) {
       if (!fold.failed.empty())
@@ -296,7 +296,7 @@ class Run {
       const CrossFit::Gap out = folds.gap(o, "", options_.search.seed);
       const MeasuredNoise noise = measured_noise(problem, !d_->measurements.table, o);
       d_->gaps[o] = {.before = gap(problem, d_->given_as_written, o),
-                     .after = gap(problem, flat, o),
+                     .after = gap(problem, flat, o, contrast_shift(problem, after, o)),
                      .held_out_before = out.before,
                      .held_out_after = out.after,
                      .held_out_low = out.low,

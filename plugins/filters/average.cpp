@@ -23,17 +23,18 @@ namespace tofgraph {
 /// Sums of each pixel over the frames in which it is not NaN. Lengths are relative to the pixel's first value, so that
 /// the difference of two large sums keeps its digits.
 struct PixelSums {
-  float* reference;
+  float *reference, *single;  // single: sigma of the last frame in which the pixel was valid
   double *sum, *squares, *amplitude;
   std::int32_t *valid, *lit;  // number of terms in the sums of lengths and of amplitudes
 };
 
 /// Values of a pixel in a frame.
 struct PixelValues {
-  const float *lengths, *amplitudes;  // amplitudes: null if there are none
+  const float *lengths, *amplitudes, *deviations = nullptr;  // the last two: null if there are none
 
   PixelValues from(std::size_t pixel) const {
-    return {lengths + pixel, amplitudes == nullptr ? nullptr : amplitudes + pixel};
+    const auto advanced = [&](const float* values) { return values == nullptr ? nullptr : values + pixel; };
+    return {lengths + pixel, advanced(amplitudes), advanced(deviations)};
   }
 };
 
@@ -44,7 +45,6 @@ constexpr std::size_t average_block = 2048;
 struct PixelMeans {
   float *values, *deviations, *amplitudes;  // amplitudes: null if there are none
   std::uint16_t* flags;
-  bool keep_single;  // deviations holds the input sigma, which is right for a single valid value
 };
 
 }  // namespace tofgraph
@@ -76,6 +76,9 @@ void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& o
     squares[i] += come * come - gone * gone;
     valid[i] = left + (comes ? 1 : 0);
   }
+  float* __restrict single = sums.single;
+  for (std::size_t i = 0; in.deviations != nullptr && i < pixels; ++i)
+    single[i] = Choose(is_valid_length(now[i]), in.deviations[i], single[i]);
   if (in.amplitudes == nullptr) return;
   constexpr float most = std::numeric_limits<float>::max();
   now = in.amplitudes, old = out.amplitudes;
@@ -92,7 +95,7 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
   float* __restrict values = means.values, * __restrict deviations = means.deviations;
   std::uint16_t* __restrict flags = means.flags;
   const std::int32_t* __restrict valid = sums.valid;
-  const float* __restrict reference = sums.reference;
+  const float* __restrict reference = sums.reference, * __restrict singles = sums.single;
   const double* __restrict sum = sums.sum, * __restrict squares = sums.squares;
   float spread[average_block], mean[average_block];  // selected afterwards: no branches in either loop
   for (std::size_t i = first; i < last; ++i) {
@@ -103,9 +106,8 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
     spread[i - first] = std::sqrt((left + std::abs(left)) / 2 / (count * count * static_cast<float>(free)));
     mean[i - first] = reference[i] + static_cast<float>(sum[i]) / count;
   }
-  if (!means.keep_single) std::fill(deviations + first, deviations + last, nan);
   for (std::size_t i = first; i < last; ++i) {
-    const float single = deviations[i], deviation = spread[i - first], value = mean[i - first];
+    const float single = singles[i], deviation = spread[i - first], value = mean[i - first];
     const float known = valid[i] > 0 ? single : nan;
     deviations[i] = valid[i] > 1 ? deviation : known;
     values[i] = valid[i] > 0 ? value : nan;
@@ -133,8 +135,8 @@ HWY_EXPORT(Exchange);
 HWY_EXPORT(Give);
 
 /// Temporal mean of each pixel over the frames in which it is valid. sigma becomes the standard deviation of that mean,
-/// estimated from the frames: sd (n-1) / sqrt(n); for a single valid value the input sigma is kept. A pixel valid in no
-/// frame stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the
+/// estimated from the frames: sd (n-1) / sqrt(n); for a single valid value its sigma is kept. A pixel valid in no frame
+/// stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the
 /// last.
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "channel to average", .adds = "averaged"}};
@@ -173,10 +175,11 @@ struct Average final : Filter {
     const Array<float> values = image(frame), amplitudes = amplitude(frame);
     const Array<std::uint16_t> bits = flags(frame, values.rows(), values.columns());
     if (valid_.size() != values.size()) clear(values.size());
+    const PixelValues now{values.data(), amplitudes.data(), sigma.made_here() ? nullptr : sigma(frame).data()};
     if (*running) {
-      run(values, amplitudes, bits, sigma(frame, values.rows(), values.columns()));
+      run(now, values, amplitudes, bits, sigma(frame, values.rows(), values.columns()));
     } else {
-      collect(values, amplitudes, bits);
+      collect(now, bits);
       if (++taken_ < *frames) return false;
       std::ranges::copy(joined_, bits.begin());
       const Array<float> deviations = sigma(frame, values.rows(), values.columns());
@@ -207,6 +210,7 @@ struct Average final : Filter {
 
   PixelSums sums(std::size_t first) {
     return {.reference = &reference_[first],
+            .single = &single_[first],
             .sum = &sum_[first],
             .squares = &squares_[first],
             .amplitude = &amplitude_[first],
@@ -220,6 +224,7 @@ struct Average final : Filter {
     joined_.assign(pixels, 0);
     for (auto* values : {&sum_, &squares_, &amplitude_}) values->resize(pixels);
     reference_.resize(pixels);
+    single_.assign(pixels, std::numeric_limits<float>::quiet_NaN());
     valid_.resize(pixels);
     lit_.resize(pixels);
     zero(0, pixels);
@@ -245,27 +250,25 @@ struct Average final : Filter {
     const PixelMeans means{.values = values.data(),
                            .deviations = deviations.data(),
                            .amplitudes = amplitudes.data(),
-                           .flags = bits.data(),
-                           .keep_single = !sigma.made_here()};
+                           .flags = bits.data()};
     HWY_DYNAMIC_DISPATCH(Give)(sums(0), means, first, last);
   }
 
-  void collect(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits) {
-    for (std::size_t first = 0; first < values.size(); first += block)
-      add({values.data(), amplitudes.data()}, first, std::min(first + block, values.size()));
-    for (std::size_t i = 0; i < values.size(); ++i) joined_[i] = static_cast<std::uint16_t>(joined_[i] | bits[i]);
+  void collect(const PixelValues& now, const Array<std::uint16_t>& bits) {
+    for (std::size_t first = 0; first < bits.size(); first += block)
+      add(now, first, std::min(first + block, bits.size()));
+    for (std::size_t i = 0; i < bits.size(); ++i) joined_[i] = static_cast<std::uint16_t>(joined_[i] | bits[i]);
   }
 
   /// Replaces the oldest frame by the newest, block by block.
-  void run(const Array<float>& values, const Array<float>& amplitudes, const Array<std::uint16_t>& bits,
-           const Array<float>& deviations) {
+  void run(const PixelValues& now, const Array<float>& values, const Array<float>& amplitudes,
+           const Array<std::uint16_t>& bits, const Array<float>& deviations) {
     const auto place = static_cast<std::size_t>(taken_ % *frames);
     const bool full = place < window_.size();
     if (!full)
       window_.push_back({std::vector<float>(values.size()), std::vector<float>(amplitudes.size()),
                          std::vector<std::uint16_t>(values.size())});
     Taken& slot = window_[place];
-    const PixelValues now{values.data(), amplitudes.data()};
     for (std::size_t first = 0; first < values.size(); first += block) {
       const std::size_t last = std::min(first + block, values.size());
       if (full)
@@ -300,7 +303,7 @@ struct Average final : Filter {
     }
   }
 
-  std::vector<float> reference_;
+  std::vector<float> reference_, single_;
   std::vector<double> sum_, squares_, amplitude_;
   std::vector<std::int32_t> valid_, lit_;
   std::vector<Taken> window_;          // only for a running mean

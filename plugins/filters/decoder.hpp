@@ -21,7 +21,7 @@ namespace tofgraph {
 
 /// Constants of all pixels, in counts.
 struct DecoderCounts {
-  float full_well;                  ///< infinity: unknown
+  float full_well;                  ///< at most 65535, the largest count of a tap
   float min_amplitude;              ///< below: low signal
   float read_variance, shot_noise;  ///< per tap: variance = read_variance + shot_noise intensity
   float intensity_per_amplitude;    ///< for phases, which lack the intensity: 1 / (2 contrast)
@@ -86,7 +86,7 @@ struct Decoder : Filter {
   Param<double> full_well{
       this,
       "full_well",
-      {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's"}};
+      {.unit = "counts", .min = 0, .text = "a tap that reaches it is saturated; default: the camera's, or 65535"}};
 
  protected:
   /// Checks the samples and announces the outputs.
@@ -256,9 +256,8 @@ struct Decoder : Filter {
     switch (view.type) {
       case TOFGRAPH_TYPE_U16: {
         const auto* tap = static_cast<const std::uint16_t*>(view.data) + 2 * k * n + pixel;
-        const double full = std::min<double>(counts_.full_well, 65535);
-        return tap[0] >= full || tap[n] >= full ? std::numeric_limits<double>::quiet_NaN()
-                                                : static_cast<double>(tap[0]) - tap[n];
+        return tap[0] >= counts_.full_well || tap[n] >= counts_.full_well ? std::numeric_limits<double>::quiet_NaN()
+                                                                          : static_cast<double>(tap[0]) - tap[n];
       }
       case TOFGRAPH_TYPE_I16:
         return static_cast<const std::int16_t*>(view.data)[k * n + pixel];
@@ -280,11 +279,11 @@ struct Decoder : Filter {
   OtherLengths lengths_;
 
   DecoderCounts counts_of(const tofgraph_camera* camera, const physics::TapNoise& noise) const {
-    constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), never = std::numeric_limits<float>::infinity();
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN(), largest = 65535;  // counts of a tap
     const double contrast = camera != nullptr ? camera->contrast : unknown;
     const bool known = noise.known() && (taps.present() || contrast > 0 || noise.shot_noise == 0);
     const double well = full_well.given() ? *full_well : camera != nullptr ? camera->full_well : unknown;
-    return {.full_well = static_cast<float>(well > 0 ? well : never),
+    return {.full_well = static_cast<float>(well > 0 ? std::min(well, largest) : largest),
             .min_amplitude = static_cast<float>(*min_amplitude),
             .read_variance = static_cast<float>(known ? noise.read_noise * noise.read_noise : 0),
             .shot_noise = static_cast<float>(known ? noise.shot_noise : 0),

@@ -89,6 +89,13 @@ def named(report):
     return names
 
 
+def untied_twins(report):
+    """Effects that are named without a tie to one that these data cannot tell from it."""
+    ties = {effect["name"]: {effect["name"], *effect.get("tied_with", [])} for effect in report["effects"]}
+    pairs = [pair["effects"] for pair in report["alike"] if pair["cosine"] > 1 - 1e-8]
+    return {one for a, b in pairs for one, other in ((a, b), (b, a)) if one in ties and other not in ties[one]}
+
+
 def is_worse(model, given):
     return model is not None and given is not None and model > 1.01 * given + 2e-5
 
@@ -129,6 +136,7 @@ def one(args, seed):
         "wanted": len(wanted),
         "missing": "+".join(sorted(missing)),
         "false": "+".join(sorted(false)),
+        "untied_twins": "+".join(sorted(untied_twins(report))),
         "contrast": (report["nuisances"].get("contrast") or {}).get("value"),
         "worse": is_worse(all_data["written"], all_data["given"])
         or is_worse(held_out["written"], held_out["given"])

@@ -104,6 +104,19 @@ TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {
   EXPECT_EQ(stage.get<float>("depth"), (Image{1.0F, 2.0F}));
 }
 
+TEST(Average, ASingleValidValueKeepsItsSigma) {
+  for (const char* line : {"average frames=2", "average frames=2 running=true"}) {
+    Harness stage(line);
+    for (const float depth : {1.0F, NAN}) {
+      stage.put<float>("depth", {1, 1}, {depth});
+      stage.put<float>("sigma", {1, 1}, {depth * 0.003F}, {.of = "depth"});
+      stage.run();
+    }
+    EXPECT_EQ(stage.get<float>("depth"), Image{1.0F}) << line;
+    EXPECT_EQ(stage.get<float>("sigma"), Image{0.003F}) << line;
+  }
+}
+
 TEST(Average, LeavesAmplitudesOutThatAreNoNumbers) {
   for (const char* line : {"average frames=3", "average frames=3 running=true"}) {
     Harness stage(line);

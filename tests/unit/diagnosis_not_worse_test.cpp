@@ -188,6 +188,39 @@ TEST_F(SearchInTime, WhatWasSelectedWhenTimeEndsIsWritten) {
   }
 }
 
+/// The two cannot be distinguished, so folds may choose either. Too few folds choose one of them alone.
+TEST_F(SearchInTime, FoldsThatChoseARivalDoNotRefuteAnEffectWhenTimeEnds) {
+  const std::vector<Observations> data = data_with({random_term(effect("crosstalk"), 1, 4)}, 5);
+  std::erase_if(candidates, [](const auto& c) { return c->name() != "static_reflection" && c->name() != "crosstalk"; });
+  const std::vector<Term> given;
+  const SearchOptions options;
+  const Problem problem = make_problem(*design, data);
+  Findings findings(problem, given, candidates, options, {});
+  findings.selection.begin();
+  findings.selection.linearise_candidates();
+  findings.selection.forward_select();
+  EffectTests tests(findings);
+  tests.run();
+  tests.cross_fit();
+  ASSERT_EQ(findings.result.found.size(), 1U);
+  const std::string found = findings.result.found[0].name;
+  const std::string rival = found == "crosstalk" ? "static_reflection" : "crosstalk";
+  std::vector<FoldResult>& folds = findings.result.cross_fit.folds;
+  ASSERT_GE(folds.size(), 5U);
+  for (std::size_t f = 0; f < folds.size() / 2; ++f) {
+    folds[f].chosen = {rival};
+    for (OutOfFold& c : folds[f].conditions) {
+      auto less = c.without.extract(found);
+      less.key() = rival;
+      c.without.insert(std::move(less));
+    }
+  }
+  findings.result.time_expired = true;
+  EXPECT_FALSE(tests.drop_unconfirmed());
+  ASSERT_EQ(findings.result.found.size(), 1U);
+  EXPECT_EQ(findings.result.found[0].names(), (std::vector<std::string>{found, rival}));
+}
+
 TEST_F(SearchInTime, ASearchThatHasTimeIsNotTouched) {
   const std::vector<Observations> data = data_with({random_term(effect("wiggling"), 1, 4)}, 5);
   std::erase_if(candidates, [](const auto& c) { return c->name() != "wiggling" && c->name() != "crosstalk"; });

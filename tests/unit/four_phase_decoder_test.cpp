@@ -147,6 +147,17 @@ TEST(Decoder, TapsGiveIntensityAndSaturation) {
   EXPECT_EQ(stage.of("sigma"), "distance");
 }
 
+TEST(Decoder, TheLargestCountIsSaturatedWithoutAFullWell) {
+  Harness stage("four_phase_decoder");
+  stage.metadata().modulation_frequency = 20e6;
+  stage.put<std::uint16_t>("taps", {4, 2, 1, 2},
+                           {65535, 65534, 1000, 1000, 1500, 1500, 1500, 1500,  //
+                            1000, 1000, 2000, 2000, 1500, 1500, 1500, 1500});
+  stage.run();
+  EXPECT_NE(stage.get<std::uint16_t>("flags")[0] & flag::saturated, 0);
+  EXPECT_EQ(stage.get<std::uint16_t>("flags")[1] & flag::saturated, 0);
+}
+
 TEST(Decoder, SaturationMayStayValid) {
   Harness stage("four_phase_decoder full_well=\"2000 counts\" invalidate_saturated=false");
   stage.metadata().modulation_frequency = 20e6;

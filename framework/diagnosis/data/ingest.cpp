@@ -88,12 +88,12 @@ class Reader {
       return result;
     }
     const std::vector<Signal> base = ideal(condition);
-    const io::Roi roi = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
+    const io::Roi part = condition.roi.value_or(io::Roi{0, camera_.width - 1, 0, camera_.height - 1});
+    const std::array<std::size_t, 4> roi = {part.first_column, part.last_column, part.first_row, part.last_row};
     result.observations =
-        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale,
-               {roi.first_column, roi.last_column, roi.first_row, roi.last_row}, result.counts,
+        reduce(sums, base, grid, {camera_.read_noise, camera_.shot_noise}, scale, roi, result.counts,
                condition.is_capped() ? nullptr : own, condition.is_capped() ? nullptr : found, condition.is_capped());
-    result.saturated = sums.saturated();
+    result.saturated = sums.saturated(roi);
     result.frames = sums.frames();
     result.kind = sums.kind();
     return result;

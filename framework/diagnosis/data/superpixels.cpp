@@ -160,9 +160,12 @@ void FrameSums::add_decoded(std::span<const float> distances, std::span<const fl
   ++content_.frames;
 }
 
-std::size_t FrameSums::saturated() const {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(content_.bad, [](std::uint8_t b) { return (b & io::PixelSums::saturated) != 0; }));
+std::size_t FrameSums::saturated(const std::array<std::size_t, 4>& roi) const {
+  std::size_t count = 0;
+  for (std::size_t row = roi[2]; row <= roi[3]; ++row)
+    for (std::size_t column = roi[0]; column <= roi[1]; ++column)
+      count += (content_.bad[row * width_ + column] & io::PixelSums::saturated) != 0 ? 1U : 0U;
+  return count;
 }
 
 Signal FrameSums::mean(std::size_t i) const {

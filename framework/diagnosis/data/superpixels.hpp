@@ -66,7 +66,8 @@ class FrameSums {
   /// Distance (m) and amplitude (counts; empty: none), one per pixel. @param metres_per_radian of the modulation
   void add_decoded(std::span<const float> distance, std::span<const float> amplitude, double metres_per_radian);
 
-  std::size_t saturated() const;
+  /// Number of saturated pixels. @param roi first and last column, first and last row
+  std::size_t saturated(const std::array<std::size_t, 4>& roi) const;
   /// True if a pixel is finite and not saturated in every frame, and not excluded.
   bool is_usable(std::size_t pixel) const { return content_.bad[pixel] == 0; }
   /// Excludes a pixel that the camera's profile lists as bad.

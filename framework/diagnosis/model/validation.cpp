@@ -3,6 +3,7 @@
 #include "diagnosis/model/validation.hpp"
 
 #include "diagnosis/data/representative.hpp"
+#include "diagnosis/model/nuisances.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,11 +33,15 @@ Eigen::Vector3d common(const Model& model, std::size_t i, std::size_t row) {
 
 }  // namespace
 
-double gap(const Problem& problem, const State& state, std::size_t observable) {
+double contrast_shift(const Problem& problem, const State& state, std::size_t observable) {
+  return observable == intensity && has_contrast(problem.nuisances) ? log_lower_contrast(problem, state) : 0;
+}
+
+double gap(const Problem& problem, const State& state, std::size_t observable, double shift) {
   const auto rows = expected(problem, state);
   double sum = 0, count = 0;
   for_each_known(problem, observable, [&](std::size_t i, std::size_t row) {
-    const double left = (problem.data[i].value[row] - rows[i][row]) * problem.shown_scale(observable, i, row);
+    const double left = (problem.data[i].value[row] - shift - rows[i][row]) * problem.shown_scale(observable, i, row);
     sum += left * left;
     ++count;
   });
@@ -95,11 +100,13 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
   std::array<double, observables> scatter{};
   for (std::size_t o = 0; o < observables; ++o) {
     const double smooth_field = o == distance && state.nuisances.smooth_field ? state.nuisances.smooth_field->sd() : 0;
+    const double contrast = contrast_shift(problem, state, o);
     double sum = 0, count = 0;
     for_each_known(problem, o, [&](std::size_t i, std::size_t row) {
       const Eigen::Vector3d along = common({problem, state}, i, row);
       const auto& [value, open] = own[i];
-      const double scale = problem.shown_scale(o, i, row), there = shared[i][row] - rows[i][row] + along.dot(value);
+      const double scale = problem.shown_scale(o, i, row),
+                   there = shared[i][row] - rows[i][row] - contrast + along.dot(value);
       sum += scale * scale *
              (there * there + along.dot(open * along) + smooth_field * smooth_field +
               std::pow(boards * problem.design.shift(i)[row], 2));

@@ -12,8 +12,12 @@
 namespace tofgraph::diagnosis {
 
 /// Root mean square of measurement minus simulation over superpixels, SI, for distances that of the depth; NaN if the
-/// observable is unknown.
-double gap(const Problem& problem, const State& state, std::size_t observable);
+/// observable is unknown. @param shift subtracted from the measurement, see contrast_shift()
+double gap(const Problem& problem, const State& state, std::size_t observable, double shift = 0);
+
+/// Shift of an observable by a contrast that was fitted: a nuisance, which is neither gap nor scatter. 0 for
+/// observables other than the intensity.
+double contrast_shift(const Problem& problem, const State& state, std::size_t observable);
 
 /// Noise of the measurements in one observable; variances in squared units of gap().
 struct MeasuredNoise {

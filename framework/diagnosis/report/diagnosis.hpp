@@ -102,6 +102,7 @@ struct Diagnosis {
   std::optional<MeasuredContrast> contrast;  ///< if intensities are known
   std::optional<PixelSpread> spread;         ///< if a table states standard deviations over pixels
   double time_limit = 0;                     ///< s; 0: none
+  bool time_expired = false;                 ///< true: the time limit ended the search or what follows it
   Measurements measurements;                 ///< of the searched conditions
   std::optional<Problem> problem;            ///< of these measurements
   std::string campaign_name;

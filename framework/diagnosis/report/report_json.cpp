@@ -267,7 +267,7 @@ json verification_of(const Diagnosis& d) {
           {"given_unchanged", search.is_given},
           {"not_written", search.not_better.empty() ? json() : json(search.not_better)},
           {"time_limit", d.time_limit > 0 ? json(d.time_limit) : json()},
-          {"time_limit_reached", search.time_expired}};
+          {"time_limit_reached", d.time_expired}};
 }
 
 }  // namespace

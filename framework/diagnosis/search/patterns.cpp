@@ -251,7 +251,8 @@ std::optional<Pattern> unsteady_camera(const Problem& problem, const ModelFit& f
   const RandomEffectSd& sd = fit.state.random_sd;
   if (sd.offset < settings.unsteady_sd) return std::nullopt;
   State merged = fit.state;
-  merged.random_sd = {.jitter = std::hypot(sd.jitter, sd.offset), .offset = 0, .light = sd.light};
+  merged.random_sd.jitter = std::hypot(sd.jitter, sd.offset);
+  merged.random_sd.offset = 0;
   const double gain = fit_nuisances(problem, merged).deviance - fit.deviance;
   if (gain < settings.unsteady_min_gain) return std::nullopt;
   return scatter_pattern(no_setting, gain, sd.offset);

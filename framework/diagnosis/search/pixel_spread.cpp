@@ -42,8 +42,7 @@ struct Expected {
   Design design;
   Problem problem;
   Expected(const io::CameraPtr& camera, bool physical, std::vector<io::Condition> conditions)
-      : data(conditions.size(), {std::vector<double>(observables, 0),
-                                 std::vector<double>(observables, std::numeric_limits<double>::infinity())}),
+      : data(conditions.size(), {std::vector<double>(observables, 0), std::vector<double>(observables, 1)}),
         design(camera, physical, std::move(conditions), single),
         problem(make_problem(design, data)) {}
 
@@ -280,7 +279,7 @@ double root_mean_square(const std::vector<double>& errors) {
 }
 
 double share_near(const std::vector<double>& errors) {
-  const auto near = std::ranges::count_if(errors, [](double e) { return std::abs(std::exp(-e) - 1) < near_share; });
+  const auto near = std::ranges::count_if(errors, [](double e) { return std::abs(std::exp(e) - 1) < near_share; });
   return static_cast<double>(near) / static_cast<double>(errors.size());
 }
 

@@ -165,6 +165,8 @@ class Search {
     selection_.return_to_given();
     result_.not_better = why;
     result_.is_given = true;
+    result_.cross_fit = {};  // their models are not written
+    for (GapComparison* gaps : {&result_.verified.all, &result_.verified.held_out}) gaps->model = gaps->given;
   }
 
   /// Compares the written effects with rivals, as far as the time limit allows.
