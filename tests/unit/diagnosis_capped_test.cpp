@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A capped lens in a design: the rows it adds to a search, and the quantities that do not apply to it.
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/search/folds.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/patterns.hpp"
 #include "tests/unit/rail.hpp"
 

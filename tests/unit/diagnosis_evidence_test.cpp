@@ -5,7 +5,6 @@
 // Figures of the gap report, compared with closed forms and brute force.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/intervals.hpp"
-#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"

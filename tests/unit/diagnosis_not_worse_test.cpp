@@ -7,7 +7,7 @@
 #include "diagnosis/search/given_model.hpp"
 
 #include "diagnosis/search/crossfit.hpp"
-#include "diagnosis/search/effect_tests.hpp"
+#include "diagnosis/search/findings.hpp"
 #include "diagnosis/search/selection.hpp"
 #include "tests/unit/rail.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // The best sets of effects, compared with an exhaustive search with dense least squares.
-#include "diagnosis/search/subsets.hpp"
+#include "diagnosis/search/alternatives.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rooms: diagnosis
 // Choice of the conditions of a large campaign that are searched.
-#include "diagnosis/data/representative.hpp"
+#include "diagnosis/data/design.hpp"
 
 #include <gtest/gtest.h>
 

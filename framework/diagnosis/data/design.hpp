@@ -5,10 +5,12 @@
 
 #include "diagnosis/data/observables.hpp"
 #include "io/campaign.hpp"
+#include "io/condition.hpp"
 #include "simulation/board.hpp"
 #include "simulation/forward_model.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <memory>
 #include <set>
@@ -137,5 +139,17 @@ class Design {
   std::vector<std::vector<Signal>> ideal_;
   std::vector<std::vector<double>> shifts_, offsets_;  ///< offsets_ are empty where they equal the shifts
 };
+
+// ---- Choice of conditions that represents all settings of a large campaign ----
+
+/// All settings of a condition; equal for repeated measurements.
+std::string settings_of(const io::Condition& condition);
+
+/// Conditions that represent a campaign: those with equal settings apart from the distance form a group, and the groups
+/// take turns, each next with distances far from its earlier ones. If there are more groups than turns, those with the
+/// rarest levels come first. A share of the conditions repeats others, if the campaign has repetitions. Independent of
+/// the order in the file.
+/// @returns `count` indices, or those of all conditions if there are no more; ascending
+std::vector<std::size_t> representative_conditions(const std::vector<io::Condition>& conditions, std::size_t count);
 
 }  // namespace tofgraph::diagnosis

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/ingest.hpp"
 
-#include "diagnosis/data/representative.hpp"
 #include "diagnosis/data/superpixels.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/condition_statistics.hpp"

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns that exist only as statistics: one mean over a window of the board per condition.
 #include "diagnosis/data/ingest.hpp"
-#include "diagnosis/data/representative.hpp"
 #include "diagnosis/data/search_settings.hpp"
 
 #include "simulation/simulation.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/data/representative.hpp"
+#include "diagnosis/data/design.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/model/condition_gram.hpp"
+#include "diagnosis/model/scan.hpp"
 
 #include <cmath>
 #include <utility>

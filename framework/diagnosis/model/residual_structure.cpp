@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/scan.hpp"
 
 #include <algorithm>
 #include <cmath>

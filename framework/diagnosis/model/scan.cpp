@@ -3,7 +3,6 @@
 #include "diagnosis/model/scan.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/condition_gram.hpp"
 
 #include <tbb/parallel_for.h>
 
@@ -230,8 +229,6 @@ Scanner::Scanner(const Problem& problem, const ModelFit& fit, std::span<const Gr
     products_[i] = products_of(problem, fit.state, rows[i], fit.jacobian, maps, groups, i);
   });
 }
-
-Scanner::~Scanner() = default;
 
 Scan Scanner::scan(const RandomEffectSd& random_sd, double dimension, std::optional<std::uint64_t> seed) const {
   std::vector<ConditionGram> shares(products_.size());

@@ -15,6 +15,9 @@
 
 namespace tofgraph::diagnosis {
 
+struct Problem;
+struct ModelFit;
+
 class SmoothField {
  public:
   /// @param data one per condition, of grid x grid superpixels
@@ -48,5 +51,17 @@ class SmoothField {
 /// @param data see SmoothField
 std::shared_ptr<const SmoothField> with_data(const std::shared_ptr<const SmoothField>& smooth_field,
                                              const std::vector<Observations>& data);
+
+// ---- Smooth field of a campaign, estimated from the residuals of a fit ----
+
+/// A smooth field, and the fall of the deviance relative to the field of the fit.
+struct SmoothFieldTrial {
+  std::shared_ptr<const SmoothField> smooth_field;  ///< null: the fit's is as good
+  std::vector<Eigen::Index> runs = {};  ///< of conditions over which it hardly changes; empty: the order is not stated
+  double gain = 0;
+};
+/// Smooth field of least deviance, given a fit. Null if it lasts for nearly half of the campaign or longer: such a
+/// field cannot be distinguished from a pattern of the camera.
+SmoothFieldTrial smooth_field_of(const Problem& problem, const ModelFit& fit);
 
 }  // namespace tofgraph::diagnosis

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/model/validation.hpp"
 
-#include "diagnosis/data/representative.hpp"
+#include "diagnosis/data/design.hpp"
 #include "diagnosis/model/nuisances.hpp"
 
 #include <algorithm>

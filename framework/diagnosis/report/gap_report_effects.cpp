@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 #include "report/chart.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "config/json_text.hpp"
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 #include "io/palettes.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/report/diagnosis.hpp"
 #include "diagnosis/report/gap_report_parts.hpp"
 

@@ -6,9 +6,9 @@
 #include "config/shard.hpp"
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/fit.hpp"
-#include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/search.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <cstdint>
 #include <filesystem>

@@ -4,7 +4,6 @@
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/nuisances.hpp"
-#include "diagnosis/search/folds.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

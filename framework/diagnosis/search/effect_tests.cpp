@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/effect_tests.hpp"
+#include "diagnosis/search/findings.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/maps.hpp"
 

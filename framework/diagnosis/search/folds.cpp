@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/folds.hpp"
+#include "diagnosis/search/crossfit.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/board_nuisances.hpp"

@@ -3,7 +3,7 @@
 #include "diagnosis/search/maps.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 
 #include <tofgraph/physics/robust.hpp>
 

@@ -4,7 +4,7 @@
 
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/model/candidate.hpp"
-#include "diagnosis/model/residual_structure.hpp"
+#include "diagnosis/model/validation.hpp"
 
 #include <algorithm>
 #include <cmath>

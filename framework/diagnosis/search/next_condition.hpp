@@ -6,8 +6,8 @@
 /// which these data are blind.
 #pragma once
 
-#include "diagnosis/search/audit.hpp"
 #include "diagnosis/search/search.hpp"
+#include "diagnosis/search/trials.hpp"
 
 namespace tofgraph::diagnosis {
 

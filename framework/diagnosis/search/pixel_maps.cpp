@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/pixel_maps.hpp"
+#include "diagnosis/search/maps.hpp"
 
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/data/search_settings.hpp"
 #include "diagnosis/data/superpixels.hpp"
-#include "diagnosis/search/maps.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

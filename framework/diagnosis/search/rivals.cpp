@@ -3,9 +3,7 @@
 #include "diagnosis/search/rivals.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
-#include "diagnosis/model/residual_structure.hpp"
 #include "diagnosis/model/validation.hpp"
-#include "diagnosis/search/removal.hpp"
 #include "diagnosis/search/search.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/search.hpp"
 
-#include "diagnosis/model/residual_structure.hpp"
-#include "diagnosis/search/effect_tests.hpp"
+#include "diagnosis/model/validation.hpp"
+#include "diagnosis/search/findings.hpp"
 
 #include <algorithm>
 #include <optional>

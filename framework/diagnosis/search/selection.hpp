@@ -14,6 +14,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -275,5 +276,16 @@ class Selection {
   std::optional<SelectedModel> reached_;
   std::deque<std::pair<ModelTerm, ModelFit>> without_;  ///< fits without one addition; references stay valid
 };
+
+// ---- Fits without one addition, and lower limits of the deviance that it costs ----
+
+/// Model without an addition. The derivatives are those of the model with it. @throws simulation::EffectError
+ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTerm& addition);
+
+/// Lower limits of the rise of the deviance when each of some additions is removed: from the linearised part of its
+/// change that no other effect and no map can make, if boards and light take over as much as they can. 0 if unknown:
+/// for additions with maps, and if the other effects fail without the addition.
+std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& best,
+                                       std::span<const ModelTerm> additions);
 
 }  // namespace tofgraph::diagnosis

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps of a selection, in the order of forward_select().
-#include "diagnosis/model/smooth_field_fit.hpp"
-#include "diagnosis/search/removal.hpp"
+#include "diagnosis/model/smooth_field.hpp"
 #include "diagnosis/search/selection.hpp"
 
 #include "diagnosis/search/trials.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/search/subsets.hpp"
+#include "diagnosis/search/alternatives.hpp"
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>

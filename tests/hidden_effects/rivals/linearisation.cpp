@@ -5,7 +5,7 @@
 // on framework/diagnosis.
 #include "diagnosis/data/ingest.hpp"
 #include "diagnosis/model/validation.hpp"
-#include "diagnosis/search/folds.hpp"
+#include "diagnosis/search/crossfit.hpp"
 #include "diagnosis/search/trials.hpp"
 #include "tests/hidden_effects/candidates.hpp"
 #include "tests/hidden_effects/score_cases.hpp"
