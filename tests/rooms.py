@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Each room may use those before it.
 ROOMS = ["tofgraph", "physics", "config", "io", "io/captures", "io/images", "graph", "python", "foreign", "live", "simulation/files",
          "recording", "simulation", "conformance", "report", "inspection", "calibration", "diagnosis/data", "diagnosis/model", "diagnosis/search",
-         "diagnosis/report", "diagnosis", "cli"]
+         "diagnosis/report", "diagnosis", "reduction", "cli"]
 # Rooms for plugins beside the plugin interface; graph and simulator know plugins only through its C API.
 PLUGINS_USE = {"tofgraph", "physics", "config", "io", "io/captures", "foreign", "live", "simulation/files", "simulation"}
 DEVICES_USE = PLUGINS_USE | {"cli"}  # of cli, only what their commands need

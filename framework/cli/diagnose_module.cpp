@@ -9,8 +9,8 @@
 #include "config/quantity.hpp"
 #include "diagnosis/diagnose.hpp"
 #include "diagnosis/report/diagnosis.hpp"
-#include "diagnosis/statistics_folder.hpp"
 #include "io/output_files.hpp"
+#include "reduction/statistics_folder.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -127,7 +127,7 @@ int diagnose(const DiagnoseArguments& arguments) {
   Progress bar(arguments.quiet);
   diagnosis::DiagnosisOptions options;
   options.model = arguments.model;
-  options.data = diagnosis::campaign_in(arguments.data);
+  options.data = reduction::campaign_in(arguments.data);
   options.exclude_effects = arguments.without;
   options.exclude_conditions = arguments.skip;
   options.max_conditions = arguments.max_conditions;

@@ -4,7 +4,7 @@
 #include "cli/reduce.hpp"
 #include "config/diagnostics.hpp"
 #include "config/log.hpp"
-#include "diagnosis/statistics_folder.hpp"
+#include "reduction/statistics_folder.hpp"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 int merge(const ReduceArguments& arguments) {
   const std::vector<fs::path> folders(arguments.folders.begin(), arguments.folders.end());
-  const std::size_t conditions = diagnosis::merge_statistics(folders, arguments.out);
+  const std::size_t conditions = reduction::merge_statistics(folders, arguments.out);
   if (!arguments.quiet)
     print_message(fmt::format("wrote {}: statistics of {}", (fs::path(arguments.out) / "campaign.yaml").string(),
                               config::counted(conditions, "condition")));
@@ -28,12 +28,12 @@ int merge(const ReduceArguments& arguments) {
 int reduce(const ReduceArguments& arguments) {
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism,
                                     arguments.threads != 0 ? arguments.threads : config::default_threads());
-  diagnosis::ReduceOptions options{arguments.campaign, arguments.out, config::parse_shard(arguments.shard), {}};
+  reduction::ReduceOptions options{arguments.campaign, arguments.out, config::parse_shard(arguments.shard), {}};
   Progress bar(arguments.quiet);
   options.progress = [&](std::size_t done, std::size_t all) {
     bar.show(static_cast<double>(done) / static_cast<double>(all), fmt::format("condition {} of {}", done, all));
   };
-  const diagnosis::ReduceResult result = diagnosis::reduce_campaign(options);
+  const reduction::ReduceResult result = reduction::reduce_campaign(options);
   bar.finish();
   if (config::ranks().rank() != 0) return 0;  // the first rank prints all failures and returns the code
   for (const std::string& file : result.damaged) print_message("warning: " + file + "; made again");

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A campaign as jobs of a real one-node Slurm, which the test starts in its own folder.
 // Slow: *
-// Rooms: diagnosis cli
+// Rooms: reduction diagnosis cli
 // The tests share the campaign created by SetUpTestSuite.
 // Alone: Slurm's daemons have fixed ports, and tasks are killed by the clock
 #include "tests/divided_campaign.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A campaign as the tasks of a job on the local machine.
 // Slow: *
-// Rooms: diagnosis cli
+// Rooms: reduction diagnosis cli
 // The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every command of docs/large_campaigns.md.
 // Slow: *
-// Rooms: diagnosis cli
+// Rooms: reduction diagnosis cli
 // The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 #include "tests/guide.hpp"

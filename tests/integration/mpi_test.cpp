@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ranks of an MPI job give bit-identical results to a single process.
 // Slow: *
-// Rooms: diagnosis cli
+// Rooms: reduction diagnosis cli
 // The tests share the campaign created by SetUpTestSuite.
 #include "tests/divided_campaign.hpp"
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Invalid input of reduce, merge and diagnose with statistics: one clear error each.
 // Slow: ReduceMistakes.*Searches*:ReduceMistakes.*HaveChanged:ReduceMistakes.*HasChanged:ReduceMistakes.Merge*
-// Rooms: diagnosis simulation
+// Rooms: reduction diagnosis simulation
 #include "tests/reduced_campaign.hpp"
 
 #include <array>

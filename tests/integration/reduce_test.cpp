@@ -3,7 +3,7 @@
 // Campaigns in parts: statistics instead of captures, shards in any order, kills, full disks; bit-identical results.
 // Slow: Reduce.*SameReport*:Reduce.*SameFiles*:Reduce.*Killed*:Reduce.*Cases*
 // Slow: Reduce.*SameCalibrations*:Reduce.*ShardsOf*:Reduce.Simulates*:Reduce.Redoes*
-// Rooms: diagnosis simulation
+// Rooms: reduction diagnosis simulation
 #include "tests/reduced_campaign.hpp"
 
 #include <map>

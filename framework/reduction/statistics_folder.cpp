@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/statistics_folder.hpp"
+#include "reduction/statistics_folder.hpp"
 
 #include "config/json_text.hpp"
 #include "diagnosis/data/superpixels.hpp"
-#include "diagnosis/shard_records.hpp"
 #include "io/campaign.hpp"
 #include "io/captures/campaign_captures.hpp"
 #include "io/captures/condition_statistics.hpp"
 #include "io/captures/statistics_file.hpp"
 #include "io/output_file.hpp"
 #include "io/sha256.hpp"
+#include "reduction/shard_records.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -24,7 +24,7 @@
 #include <map>
 #include <mutex>
 
-namespace tofgraph::diagnosis {
+namespace tofgraph::reduction {
 namespace {
 
 namespace fs = std::filesystem;
@@ -185,7 +185,7 @@ class ShardReduction {
     const fs::path file = statistics_path(options_.out, one.key);
     if (is_whole(file)) return one;
     const std::string shown = capture.lexically_proximate(record_.campaign.parent_path()).generic_string();
-    const io::Statistics statistics = reduce_capture(condition, *campaign_.camera, shown, one.sha256);
+    const io::Statistics statistics = diagnosis::reduce_capture(condition, *campaign_.camera, shown, one.sha256);
     ReducedCondition now = one;
     set_file_state(capture, now);
     if (now.bytes != one.bytes || now.modified_ns != one.modified_ns)
@@ -349,4 +349,4 @@ fs::path campaign_in(const fs::path& data) {
          fmt::format("then: tofgraph merge {}", data.string()));
 }
 
-}  // namespace tofgraph::diagnosis
+}  // namespace tofgraph::reduction

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace tofgraph::diagnosis {
+namespace tofgraph::reduction {
 
 /// A reduced condition, and the state of its capture at that time.
 struct ReducedCondition {
@@ -45,4 +45,4 @@ void set_file_state(const std::filesystem::path& file, ReducedCondition& conditi
 /// "2/3, 3/3": shards without a record, of the finest division; empty: none.
 std::string missing_shards(std::span<const ShardRecord> records);
 
-}  // namespace tofgraph::diagnosis
+}  // namespace tofgraph::reduction

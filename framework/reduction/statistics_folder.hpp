@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-namespace tofgraph::diagnosis {
+namespace tofgraph::reduction {
 
 struct ReduceOptions {
   std::filesystem::path campaign, out;
@@ -45,4 +45,4 @@ std::size_t merge_statistics(std::span<const std::filesystem::path> folders, con
 /// @throws config::ConfigurationError for a folder without campaign.yaml, naming the missing shards
 std::filesystem::path campaign_in(const std::filesystem::path& data);
 
-}  // namespace tofgraph::diagnosis
+}  // namespace tofgraph::reduction

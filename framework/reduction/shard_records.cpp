@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/shard_records.hpp"
+#include "reduction/shard_records.hpp"
 
 #include "config/diagnostics.hpp"
 #include "config/json_text.hpp"
@@ -14,7 +14,7 @@
 #include <fstream>
 #include <set>
 
-namespace tofgraph::diagnosis {
+namespace tofgraph::reduction {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ReducedCondition, index, id, capture, bytes, modified_ns, sha256, key)
 
@@ -103,4 +103,4 @@ std::string missing_shards(std::span<const ShardRecord> records) {
   return text;
 }
 
-}  // namespace tofgraph::diagnosis
+}  // namespace tofgraph::reduction
