@@ -15,7 +15,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Products of a direction with itself and with one observable's residual in a condition, in units of the noise.
@@ -35,54 +34,6 @@ template <class Direction, class Off> Along along(const Problem& problem, std::s
   }
   return sums;
 }
-
-}  // namespace
-
-BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
-  const auto rows = with_nuisances(problem, state, expected(problem, state));
-  BoardOffsets offsets{std::vector<double>(rows.size(), 0), std::vector<double>(rows.size(), 0),
-                       state.random_sd.jitter};
-  std::vector<double> magnitudes;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto light = [&](std::size_t row) { return state.light_response(problem, i, row); };
-    const auto shift = [&](std::size_t row) { return problem.design.shift(i)[row]; };
-    const auto off = [&](std::size_t row) { return problem.data[i].value[row] - rows[i][row]; };
-    const Along bright = along(problem, i, amplitude, light, off);
-    const double prior = state.random_sd.light * state.random_sd.light;
-    const double brighter = prior * bright.product / (1 + prior * bright.square);  // ln of its light, estimated
-    const Along place =
-        along(problem, i, distance, shift, [&](std::size_t row) { return off(row) - brighter * light(row); });
-    if (!(place.square > 0)) continue;
-    offsets.error[i] = place.product / place.square;
-    offsets.noise[i] = 1 / std::sqrt(place.square);
-    magnitudes.push_back(std::abs(offsets.error[i]));
-  }
-  if (magnitudes.size() < settings.misplaced_min_conditions) return offsets;
-  offsets.sd = physics::sd_of_deviations * physics::median(magnitudes);
-  return offsets;
-}
-
-std::vector<double> jitter_scale_of(const BoardOffsets& offsets) {
-  std::vector<double> jitter_scale;
-  for (std::size_t i = 0; i < offsets.error.size(); ++i) {
-    const double t = offsets.error[i] / offsets.expected_sd(i);
-    const double times = std::sqrt((settings.board_offset_freedom + t * t) / (settings.board_offset_freedom + 1));
-    jitter_scale.push_back(times > settings.min_jitter_scale ? times : 1);
-  }
-  return jitter_scale;
-}
-
-std::vector<Misplaced> misplaced(const BoardOffsets& offsets) {
-  std::vector<Misplaced> result;
-  for (std::size_t i = 0; i < offsets.error.size(); ++i) {
-    if (std::abs(offsets.error[i]) >
-        std::max(settings.misplaced_sd * offsets.expected_sd(i), settings.misplaced_distance))
-      result.push_back({i, offsets.error[i]});
-  }
-  return result;
-}
-
-namespace {
 
 /// Points at which superpixels see a board.
 std::vector<PlaceOnBoard> places_on_board(const Design& design, std::size_t condition) {
@@ -166,6 +117,50 @@ ScoreTest score_test(const Eigen::MatrixXd& information, const Eigen::VectorXd& 
 double mean_of_wave(double phase) { return phase == 0 ? 1 : std::sin(phase / 2) / (phase / 2); }
 
 }  // namespace
+
+BoardOffsets board_offsets_of(const Problem& problem, const State& state) {
+  const auto rows = with_nuisances(problem, state, expected(problem, state));
+  BoardOffsets offsets{std::vector<double>(rows.size(), 0), std::vector<double>(rows.size(), 0),
+                       state.random_sd.jitter};
+  std::vector<double> magnitudes;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto light = [&](std::size_t row) { return state.light_response(problem, i, row); };
+    const auto shift = [&](std::size_t row) { return problem.design.shift(i)[row]; };
+    const auto off = [&](std::size_t row) { return problem.data[i].value[row] - rows[i][row]; };
+    const Along bright = along(problem, i, amplitude, light, off);
+    const double prior = state.random_sd.light * state.random_sd.light;
+    const double brighter = prior * bright.product / (1 + prior * bright.square);  // ln of its light, estimated
+    const Along place =
+        along(problem, i, distance, shift, [&](std::size_t row) { return off(row) - brighter * light(row); });
+    if (!(place.square > 0)) continue;
+    offsets.error[i] = place.product / place.square;
+    offsets.noise[i] = 1 / std::sqrt(place.square);
+    magnitudes.push_back(std::abs(offsets.error[i]));
+  }
+  if (magnitudes.size() < settings.misplaced_min_conditions) return offsets;
+  offsets.sd = physics::sd_of_deviations * physics::median(magnitudes);
+  return offsets;
+}
+
+std::vector<double> jitter_scale_of(const BoardOffsets& offsets) {
+  std::vector<double> jitter_scale;
+  for (std::size_t i = 0; i < offsets.error.size(); ++i) {
+    const double t = offsets.error[i] / offsets.expected_sd(i);
+    const double times = std::sqrt((settings.board_offset_freedom + t * t) / (settings.board_offset_freedom + 1));
+    jitter_scale.push_back(times > settings.min_jitter_scale ? times : 1);
+  }
+  return jitter_scale;
+}
+
+std::vector<Misplaced> misplaced(const BoardOffsets& offsets) {
+  std::vector<Misplaced> result;
+  for (std::size_t i = 0; i < offsets.error.size(); ++i) {
+    if (std::abs(offsets.error[i]) >
+        std::max(settings.misplaced_sd * offsets.expected_sd(i), settings.misplaced_distance))
+      result.push_back({i, offsets.error[i]});
+  }
+  return result;
+}
 
 BoardFlatness::BoardFlatness(const Problem& problem) : views_(problem.design.size()) {
   const Design& design = problem.design;

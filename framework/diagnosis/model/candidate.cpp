@@ -28,6 +28,19 @@ std::shared_ptr<const graph::ParameterValues> defaults_of(const graph::Plugin& d
   return values;
 }
 
+/// Values of a nonlinear parameter to try: around the circle for an angle, else multiples of the typical value.
+std::vector<double> tried(const FreeParameter& nonlinear, NonlinearRange range) {
+  constexpr double turn = 2 * std::numbers::pi;
+  if (nonlinear.is_angle()) {
+    constexpr int steps = 6;
+    std::vector<double> values;
+    for (int i = 0; i < steps; ++i) values.push_back(nonlinear.minimum + turn * i / steps);
+    return values;
+  }
+  static constexpr std::array factors = {1.0, 0.3, 3.0, 10.0, 30.0};
+  return nonlinear.multiples(std::span(factors).first(range == NonlinearRange::usual ? 3 : factors.size()));
+}
+
 }  // namespace
 
 double FreeParameter::step() const {
@@ -48,23 +61,6 @@ std::vector<double> FreeParameter::multiples(std::span<const double> factors) co
   }
   return values;
 }
-
-namespace {
-
-/// Values of a nonlinear parameter to try: around the circle for an angle, else multiples of the typical value.
-std::vector<double> tried(const FreeParameter& nonlinear, NonlinearRange range) {
-  constexpr double turn = 2 * std::numbers::pi;
-  if (nonlinear.is_angle()) {
-    constexpr int steps = 6;
-    std::vector<double> values;
-    for (int i = 0; i < steps; ++i) values.push_back(nonlinear.minimum + turn * i / steps);
-    return values;
-  }
-  static constexpr std::array factors = {1.0, 0.3, 3.0, 10.0, 30.0};
-  return nonlinear.multiples(std::span(factors).first(range == NonlinearRange::usual ? 3 : factors.size()));
-}
-
-}  // namespace
 
 double MapParameter::bound(const Design& design) const {
   constexpr double any_full_well = 65535;

@@ -16,7 +16,6 @@
 #include <vector>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Refinement that a term does not have, and the changes by its amplitude, for one typical value.
@@ -99,6 +98,19 @@ void widen_beyond_linear(const Problem& problem, const ModelFit& fit, const std:
   }
 }
 
+/// True if the joint confidence region of some parameters, whatever the others are, contains their off values. The
+/// conditions may determine only differences of parameters, such as the gains of four samples without known light: then
+/// each single interval is wide.
+/// @param from distances from off, in typical values @param at indices in the covariance
+bool consistent_with_off(const ModelFit& fit, const std::vector<double>& from, const std::vector<Eigen::Index>& at,
+                         double lack_of_fit) {
+  const auto n = static_cast<Eigen::Index>(at.size());
+  const Eigen::MatrixXd covariance = fit.covariance(at, at);
+  const Eigen::VectorXd distance = Eigen::Map<const Eigen::VectorXd>(from.data(), n);
+  const double square = distance.dot(covariance.ldlt().solve(distance)) / std::max(lack_of_fit, 1.0);
+  return square < boost::math::quantile(boost::math::chi_squared(static_cast<double>(n)), settings.joint_confidence);
+}
+
 }  // namespace
 
 std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std::uint64_t seed, double lack_of_fit,
@@ -153,23 +165,6 @@ std::vector<Interval> intervals(const Problem& problem, const ModelFit& fit, std
   widen_beyond_linear(problem, fit, unseen, whole, lack_of_fit, result);
   return result;
 }
-
-namespace {
-
-/// True if the joint confidence region of some parameters, whatever the others are, contains their off values. The
-/// conditions may determine only differences of parameters, such as the gains of four samples without known light: then
-/// each single interval is wide.
-/// @param from distances from off, in typical values @param at indices in the covariance
-bool consistent_with_off(const ModelFit& fit, const std::vector<double>& from, const std::vector<Eigen::Index>& at,
-                         double lack_of_fit) {
-  const auto n = static_cast<Eigen::Index>(at.size());
-  const Eigen::MatrixXd covariance = fit.covariance(at, at);
-  const Eigen::VectorXd distance = Eigen::Map<const Eigen::VectorXd>(from.data(), n);
-  const double square = distance.dot(covariance.ldlt().solve(distance)) / std::max(lack_of_fit, 1.0);
-  return square < boost::math::quantile(boost::math::chi_squared(static_cast<double>(n)), settings.joint_confidence);
-}
-
-}  // namespace
 
 std::string limit_of(const FreeParameter& p, double value) {
   const double typical = std::abs(p.typical);

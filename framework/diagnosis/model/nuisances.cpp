@@ -15,7 +15,6 @@
 #include <vector>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Number of half cosines of a drift; 0 if some conditions state no order, or too few conditions exist.
@@ -88,18 +87,6 @@ class Builder {
   Nuisances result_;
 };
 
-}  // namespace
-
-Nuisances nuisances_of(const Design& design, bool contrast) { return Builder(design, contrast).build(); }
-
-double drift_of(const Design& design, double sd) {
-  double sum = 0;
-  for (std::size_t wave = 1; wave <= waves_of(design); ++wave) sum += 0.5 / static_cast<double>(wave * wave);
-  return sd * std::sqrt(sum);
-}
-
-namespace {
-
 /// ln of the profile's contrast over that of a condition: median over the superpixels. Independent of reflectivity and
 /// board position. nullopt if intensities or amplitudes are unknown.
 std::optional<double> lower_contrast(const Design& design, const Observations& data) {
@@ -130,6 +117,14 @@ Lower fitted_lower_contrast(const Problem& problem, const State& state) {
 }
 
 }  // namespace
+
+Nuisances nuisances_of(const Design& design, bool contrast) { return Builder(design, contrast).build(); }
+
+double drift_of(const Design& design, double sd) {
+  double sum = 0;
+  for (std::size_t wave = 1; wave <= waves_of(design); ++wave) sum += 0.5 / static_cast<double>(wave * wave);
+  return sd * std::sqrt(sum);
+}
 
 bool shows_another_contrast(const Design& design, const std::vector<Observations>& data) {
   struct Seen {

@@ -12,7 +12,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Calls f(condition, row) for each known value of the observable.
@@ -29,6 +28,43 @@ Eigen::Vector3d common(const Model& model, std::size_t i, std::size_t row) {
   return {sd.jitter * model.state.jitter_response(model.problem, i, row),
           sd.offset * model.problem.offset_response(i, row),
           sd.light * model.state.light_response(model.problem, i, row)};
+}
+
+/// Variance of a single superpixel, including a smooth field, which is new in each condition.
+double own_variance(const Model& model, std::size_t observable, std::size_t i, std::size_t row) {
+  const double smooth_field =
+      observable == distance && model.state.nuisances.smooth_field ? model.state.nuisances.smooth_field->sd() : 0;
+  return model.problem.data[i].variance[row] + smooth_field * smooth_field;
+}
+
+double square(const Eigen::Vector3d& parts) {
+  double sum = 0;
+  for (const double part : parts) sum += part * part;
+  return sum;
+}
+
+/// Means over the superpixels of a condition; the nuisances that they share do not average out.
+Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& extended, std::size_t observable,
+                       std::size_t i) {
+  const Problem& problem = model.problem;
+  if (!problem.design.shows_board(i)) return {NAN, NAN, NAN, NAN};
+  const bool of_light = observable == amplitude || observable == intensity;
+  const double light = of_light ? log_reflectivity_of(problem, model.state, i) : 0;
+  Evidence::Mean mean;
+  Eigen::Vector3d shared = Eigen::Vector3d::Zero();
+  double count = 0, noise = 0;
+  for (const std::size_t row : problem.known_rows(i, observable)) {
+    const double scale = problem.shown_scale(observable, i, row);
+    mean.measured += scale * (problem.data[i].value[row] - light);
+    mean.simulated += scale * (simulated[i][row] - light);
+    mean.extended += scale * (extended[i][row] - light);
+    noise += scale * scale * own_variance(model, observable, i, row);
+    shared += scale * common(model, i, row);
+    ++count;
+  }
+  if (count == 0) return {NAN, NAN, NAN, NAN};
+  return {mean.measured / count, mean.simulated / count, mean.extended / count,
+          std::sqrt(noise + square(shared)) / count};
 }
 
 }  // namespace
@@ -116,47 +152,6 @@ std::array<double, observables> scatter_of(const Problem& problem, const State& 
   }
   return scatter;
 }
-
-namespace {
-
-/// Variance of a single superpixel, including a smooth field, which is new in each condition.
-double own_variance(const Model& model, std::size_t observable, std::size_t i, std::size_t row) {
-  const double smooth_field =
-      observable == distance && model.state.nuisances.smooth_field ? model.state.nuisances.smooth_field->sd() : 0;
-  return model.problem.data[i].variance[row] + smooth_field * smooth_field;
-}
-
-double square(const Eigen::Vector3d& parts) {
-  double sum = 0;
-  for (const double part : parts) sum += part * part;
-  return sum;
-}
-
-/// Means over the superpixels of a condition; the nuisances that they share do not average out.
-Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& extended, std::size_t observable,
-                       std::size_t i) {
-  const Problem& problem = model.problem;
-  if (!problem.design.shows_board(i)) return {NAN, NAN, NAN, NAN};
-  const bool of_light = observable == amplitude || observable == intensity;
-  const double light = of_light ? log_reflectivity_of(problem, model.state, i) : 0;
-  Evidence::Mean mean;
-  Eigen::Vector3d shared = Eigen::Vector3d::Zero();
-  double count = 0, noise = 0;
-  for (const std::size_t row : problem.known_rows(i, observable)) {
-    const double scale = problem.shown_scale(observable, i, row);
-    mean.measured += scale * (problem.data[i].value[row] - light);
-    mean.simulated += scale * (simulated[i][row] - light);
-    mean.extended += scale * (extended[i][row] - light);
-    noise += scale * scale * own_variance(model, observable, i, row);
-    shared += scale * common(model, i, row);
-    ++count;
-  }
-  if (count == 0) return {NAN, NAN, NAN, NAN};
-  return {mean.measured / count, mean.simulated / count, mean.extended / count,
-          std::sqrt(noise + square(shared)) / count};
-}
-
-}  // namespace
 
 Evidence evidence(const Model& simulated, const Model& extended, std::size_t observable) {
   const Rows before = expected(simulated.problem, simulated.state), after = expected(extended.problem, extended.state);

@@ -17,7 +17,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// True if the only effect found is the truth or tied with it, or if the truth is tied with all found together.
@@ -42,6 +41,9 @@ void add_cases(const std::string& text, std::map<std::size_t, CaseOutcome>& case
   std::size_t k = 0;
   for (CaseOutcome outcome; lines >> k >> outcome.named >> outcome.right;) cases[k] = outcome;
 }
+
+constexpr const char* case_format = "tofgraph-confidence-case";
+constexpr int case_version = 1;
 
 }  // namespace
 
@@ -173,13 +175,6 @@ std::vector<Stability> stability(const Problem& problem, const std::vector<Term>
   }
   return result;
 }
-
-namespace {
-
-constexpr const char* case_format = "tofgraph-confidence-case";
-constexpr int case_version = 1;
-
-}  // namespace
 
 CaseFiles::CaseFiles(std::filesystem::path folder, std::span<const InputFile> inputs, const std::string& options)
     : folder_(std::move(folder)) {

@@ -23,7 +23,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// ln of the profile's contrast over the fitted one; nullopt if it is not fitted.
@@ -86,6 +85,22 @@ template <class F> std::pair<double, double> drawn(const Sums& of_each, std::uin
   std::ranges::sort(values);
   return {values[settings.gap_interval_draws / 40],
           values[settings.gap_interval_draws - 1 - settings.gap_interval_draws / 40]};
+}
+
+using Names = std::set<std::string>;
+
+/// Effects that more than half of the folds chose and a model lacks.
+Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t given) {
+  std::map<std::string, std::size_t> times;
+  for (const FoldResult& fold : folds.folds) {
+    for (const std::string& name : fold.chosen) ++times[name];
+  }
+  for (std::size_t t = given; t < model.terms.size(); ++t) times.erase(model.terms[t].candidate->name());
+  Names names;
+  for (const auto& [name, count] : times) {
+    if (2 * count > folds.folds.size()) names.insert(name);
+  }
+  return names;
 }
 
 }  // namespace
@@ -271,26 +286,6 @@ std::vector<HeldOutGap> gaps_by_condition(const CrossFit& cross_fit, std::size_t
   for (const GapSums& one : sums) gaps.push_back(one.gap());
   return gaps;
 }
-
-namespace {
-
-using Names = std::set<std::string>;
-
-/// Effects that more than half of the folds chose and a model lacks.
-Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t given) {
-  std::map<std::string, std::size_t> times;
-  for (const FoldResult& fold : folds.folds) {
-    for (const std::string& name : fold.chosen) ++times[name];
-  }
-  for (std::size_t t = given; t < model.terms.size(); ++t) times.erase(model.terms[t].candidate->name());
-  Names names;
-  for (const auto& [name, count] : times) {
-    if (2 * count > folds.folds.size()) names.insert(name);
-  }
-  return names;
-}
-
-}  // namespace
 
 bool agree_on_more(const CrossFit& folds, const State& model, std::size_t given) {
   return !agreed_and_lacking(folds, model, given).empty();

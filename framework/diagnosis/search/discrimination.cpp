@@ -13,7 +13,6 @@
 #include <optional>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Appends derivatives with respect to the targets' ln reflectivities, one column per target.
@@ -78,64 +77,6 @@ bool begin_alike(const Question& first, const Question& second) {
          first.one.log_reflectivity == second.one.log_reflectivity &&
          (first.information_of_one.size() > 0) == (second.information_of_one.size() > 0);
 }
-
-}  // namespace
-
-Eigen::MatrixXd information_matrix(const Problem& problem, const State& state) {
-  std::vector<bool> nonlinear;
-  for (const Term& term : state.terms) {
-    for (const FreeParameter& p : term.candidate->free()) nonlinear.push_back(p.nonlinear);
-  }
-  const auto count = static_cast<Eigen::Index>(nonlinear.size() + problem.targets.size());
-  if (count == 0) return {};
-  try {
-    const auto rows = expected(problem, state);
-    const std::vector<Column> columns = jacobian(problem, state, rows);
-    const Solution solution = solve_linear(problem, state, rows, columns, problem.unknowns(columns.size()));
-    Eigen::MatrixXd information = solution.covariance.topLeftCorner(count, count).inverse();
-    for (std::size_t k = 0; k < nonlinear.size(); ++k) {
-      const auto at = static_cast<Eigen::Index>(k);
-      if (nonlinear[k]) information(at, at) += 1 / (settings.nonlinear_prior_sd * settings.nonlinear_prior_sd);
-    }
-    return information;
-  } catch (const simulation::EffectError&) {
-    return {};
-  }
-}
-
-void QuestionDistances::linearise_first(const Question& question) {
-  last_ = nullptr;
-  first_ = question.one;
-  first_.nuisances = nuisances_;
-  first_.precomputed = {};
-  update_reflectivity_jacobian(problem_, first_);
-  rows_ = expected(problem_, first_);
-  columns_.clear();
-  if (question.information_of_one.size() > 0) columns_ = columns_of(problem_, first_, rows_);
-  last_ = &question;
-}
-
-ModelDistance QuestionDistances::of(const Question& question) {
-  if (last_ == nullptr || !begin_alike(*last_, question)) linearise_first(question);
-  const State other = comparable_with(first_, question.other);
-  State one = first_;
-  one.random_sd = question.one.random_sd;
-  const auto rows = expected(problem_, other);
-  std::vector<Column> columns;
-  if (question.information_of_other.size() > 0) columns = columns_of(problem_, other, rows);
-  ModelDistance nearer = between(problem_, rows_, other, rows, columns, question.information_of_other);
-  ModelDistance back = between(problem_, rows, one, rows_, columns_, question.information_of_one);
-  for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
-    if (!(back.sigma[i] < nearer.sigma[i])) continue;
-    nearer.sigma[i] = back.sigma[i];
-    nearer.left[i] = std::move(back.left[i]);
-  }
-  return nearer;
-}
-
-// ---- Open questions of a search ----
-
-namespace {
 
 constexpr double fixing_information = 1e6;  ///< information that fixes a value, in typical values^-2
 
@@ -252,6 +193,60 @@ Question tie_question(const Problem& problem, const State& state, const Eigen::M
 }
 
 }  // namespace
+
+Eigen::MatrixXd information_matrix(const Problem& problem, const State& state) {
+  std::vector<bool> nonlinear;
+  for (const Term& term : state.terms) {
+    for (const FreeParameter& p : term.candidate->free()) nonlinear.push_back(p.nonlinear);
+  }
+  const auto count = static_cast<Eigen::Index>(nonlinear.size() + problem.targets.size());
+  if (count == 0) return {};
+  try {
+    const auto rows = expected(problem, state);
+    const std::vector<Column> columns = jacobian(problem, state, rows);
+    const Solution solution = solve_linear(problem, state, rows, columns, problem.unknowns(columns.size()));
+    Eigen::MatrixXd information = solution.covariance.topLeftCorner(count, count).inverse();
+    for (std::size_t k = 0; k < nonlinear.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      if (nonlinear[k]) information(at, at) += 1 / (settings.nonlinear_prior_sd * settings.nonlinear_prior_sd);
+    }
+    return information;
+  } catch (const simulation::EffectError&) {
+    return {};
+  }
+}
+
+void QuestionDistances::linearise_first(const Question& question) {
+  last_ = nullptr;
+  first_ = question.one;
+  first_.nuisances = nuisances_;
+  first_.precomputed = {};
+  update_reflectivity_jacobian(problem_, first_);
+  rows_ = expected(problem_, first_);
+  columns_.clear();
+  if (question.information_of_one.size() > 0) columns_ = columns_of(problem_, first_, rows_);
+  last_ = &question;
+}
+
+ModelDistance QuestionDistances::of(const Question& question) {
+  if (last_ == nullptr || !begin_alike(*last_, question)) linearise_first(question);
+  const State other = comparable_with(first_, question.other);
+  State one = first_;
+  one.random_sd = question.one.random_sd;
+  const auto rows = expected(problem_, other);
+  std::vector<Column> columns;
+  if (question.information_of_other.size() > 0) columns = columns_of(problem_, other, rows);
+  ModelDistance nearer = between(problem_, rows_, other, rows, columns, question.information_of_other);
+  ModelDistance back = between(problem_, rows, one, rows_, columns_, question.information_of_one);
+  for (std::size_t i = 0; i < nearer.sigma.size(); ++i) {
+    if (!(back.sigma[i] < nearer.sigma[i])) continue;
+    nearer.sigma[i] = back.sigma[i];
+    nearer.left[i] = std::move(back.left[i]);
+  }
+  return nearer;
+}
+
+// ---- Open questions of a search ----
 
 std::vector<Question> open_questions(const Problem& problem, const State& state,
                                      const std::vector<EffectFinding>& found, const std::vector<EffectFinding>& dropped,

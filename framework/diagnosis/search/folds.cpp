@@ -20,7 +20,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Conditions by level, in the order of the levels.
@@ -147,6 +146,27 @@ class Folds {
   std::vector<Fold> folds_;
 };
 
+double square_of(const Gram& gram, Eigen::Index column, const RandomEffectSd& random_sd) {
+  double determinant = 0;
+  return marginal(gram, random_sd, determinant)(column, column);
+}
+
+double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
+
+/// Problem whose targets are those of another one, in their order, followed by new ones.
+Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
+  Problem problem{design, data, other.targets, {}, nuisances_of(design, has_contrast(other.nuisances)), other.deadline};
+  for (const io::Condition& condition : design.conditions()) {
+    auto found = std::ranges::find(problem.targets, condition.target);
+    const bool known = is_light_known(condition);
+    if (!known && found == problem.targets.end() && problem.light_seen())
+      found = problem.targets.insert(found, condition.target);
+    problem.target.push_back(
+        known || found == problem.targets.end() ? -1 : static_cast<int>(found - problem.targets.begin()));
+  }
+  return problem;
+}
+
 }  // namespace
 
 std::vector<Fold> folds_of(const Design& design) { return Folds(design).all(); }
@@ -165,17 +185,6 @@ std::vector<std::size_t> clusters_of(const Design& design) {
   }
   return known.size() < settings.min_clusters ? single : together;
 }
-
-namespace {
-
-double square_of(const Gram& gram, Eigen::Index column, const RandomEffectSd& random_sd) {
-  double determinant = 0;
-  return marginal(gram, random_sd, determinant)(column, column);
-}
-
-double root_mean(double sum, double count) { return count > 0 ? std::sqrt(sum / count) : NAN; }
-
-}  // namespace
 
 void GapSums::add(const OutOfFold& one, std::size_t observable) {
   before += one.before[observable], after += one.after[observable], count += one.count[observable];
@@ -276,24 +285,6 @@ std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions) {
   }
   return left;
 }
-
-namespace {
-
-/// Problem whose targets are those of another one, in their order, followed by new ones.
-Problem problem_like(const Problem& other, const Design& design, const std::vector<Observations>& data) {
-  Problem problem{design, data, other.targets, {}, nuisances_of(design, has_contrast(other.nuisances)), other.deadline};
-  for (const io::Condition& condition : design.conditions()) {
-    auto found = std::ranges::find(problem.targets, condition.target);
-    const bool known = is_light_known(condition);
-    if (!known && found == problem.targets.end() && problem.light_seen())
-      found = problem.targets.insert(found, condition.target);
-    problem.target.push_back(
-        known || found == problem.targets.end() ? -1 : static_cast<int>(found - problem.targets.begin()));
-  }
-  return problem;
-}
-
-}  // namespace
 
 FoldProblem::FoldProblem(const Design& whole, const std::vector<Observations>& all,
                          const std::vector<std::size_t>& chosen, const Deadline* deadline)

@@ -21,7 +21,6 @@
 #include <utility>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Names of the effects that a model has in addition to the given ones, sorted.
@@ -92,6 +91,38 @@ GapComparison on_all_data(const Problem& problem, const std::vector<Term>& given
   return {gap(problem, before, distance), gap(problem, with_flat_boards(model), distance)};
 }
 
+/// Half width of an interval over the largest allowed one; infinite if the data do not determine the parameter.
+double relative_width(const FreeParameter& p, const Interval& interval, double variance) {
+  if (parameter_status(p, interval, variance) == ParameterStatus::not_determined)
+    return std::numeric_limits<double>::infinity();
+  if (p.is_angle()) return 0;
+  const double half = (interval.high - interval.low) / 2;
+  return half / (std::abs(p.typical) * (p.nonlinear ? settings.max_given_width_nonlinear : settings.max_given_width));
+}
+
+/// Standard deviations of the first parameters of a model, in typical values, with further columns fitted as well.
+std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, const State& state,
+                                      std::vector<Column> columns, const std::vector<Column>& further) {
+  const std::size_t own = columns.size();
+  columns.insert(columns.end(), further.begin(), further.end());
+  const Solution there = solve_linear(problem, state, rows, columns, problem.unknowns(columns.size()));
+  std::vector<double> result;
+  for (std::size_t j = 0; j < own; ++j) {
+    const auto at = static_cast<Eigen::Index>(j);
+    result.push_back(std::sqrt(there.covariance(at, at)));
+  }
+  return result;
+}
+
+/// Fit at the grid bias of the state. The result keeps the earlier precomputed parts, for comparisons.
+ModelFit fitted(const Problem& problem, State state) {
+  const Precomputed before = state.precomputed;
+  update_precomputed(problem, state);
+  ModelFit fit = fit_with_maps(problem, std::move(state));
+  fit.state.precomputed = before;
+  return fit;
+}
+
 }  // namespace
 
 GapComparison on_held_out_data(const std::vector<Fold>& folds, const CrossFit& known, const Problem& problem,
@@ -127,42 +158,6 @@ Verification compared_with_given(const CrossFit& known, const Problem& problem, 
     result.held_out = on_held_out_data(folds_of(problem.design), known, problem, given, model);
   return result;
 }
-
-namespace {
-
-/// Half width of an interval over the largest allowed one; infinite if the data do not determine the parameter.
-double relative_width(const FreeParameter& p, const Interval& interval, double variance) {
-  if (parameter_status(p, interval, variance) == ParameterStatus::not_determined)
-    return std::numeric_limits<double>::infinity();
-  if (p.is_angle()) return 0;
-  const double half = (interval.high - interval.low) / 2;
-  return half / (std::abs(p.typical) * (p.nonlinear ? settings.max_given_width_nonlinear : settings.max_given_width));
-}
-
-/// Standard deviations of the first parameters of a model, in typical values, with further columns fitted as well.
-std::vector<double> deviations_beside(const Problem& problem, const Rows& rows, const State& state,
-                                      std::vector<Column> columns, const std::vector<Column>& further) {
-  const std::size_t own = columns.size();
-  columns.insert(columns.end(), further.begin(), further.end());
-  const Solution there = solve_linear(problem, state, rows, columns, problem.unknowns(columns.size()));
-  std::vector<double> result;
-  for (std::size_t j = 0; j < own; ++j) {
-    const auto at = static_cast<Eigen::Index>(j);
-    result.push_back(std::sqrt(there.covariance(at, at)));
-  }
-  return result;
-}
-
-/// Fit at the grid bias of the state. The result keeps the earlier precomputed parts, for comparisons.
-ModelFit fitted(const Problem& problem, State state) {
-  const Precomputed before = state.precomputed;
-  update_precomputed(problem, state);
-  ModelFit fit = fit_with_maps(problem, std::move(state));
-  fit.state.precomputed = before;
-  return fit;
-}
-
-}  // namespace
 
 GivenModel::GivenModel(const std::vector<simulation::ModelEffect>& effects, std::uint64_t seed)
     : effects_(effects), seed_(seed) {

@@ -15,7 +15,6 @@
 #include <set>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 /// Value at a superpixel in a condition; NaN: unknown.
@@ -170,36 +169,6 @@ class Axes {
   std::vector<Axis> axes_;
 };
 
-}  // namespace
-
-Bases generic_bases(const Problem& problem) {
-  const Design& design = problem.design;
-  const std::size_t n = design.superpixels();
-  Bases bases;
-  Axes axes(design);  // must outlive the covariates, which refer to it
-  for (const Axis& axis : axes.all()) {
-    std::vector<Column> values;
-    for (const Covariate& covariate : axis.columns) {
-      auto& column = values.emplace_back(design.size(), std::vector<double>(n));
-      for (std::size_t i = 0; i < design.size(); ++i) {
-        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // a capped lens has no such setting
-        for (std::size_t s = 0; s < n; ++s) {
-          const double value = covariate(i, s);
-          column[i][s] = std::isfinite(value) ? basis_unit * value : 0;
-        }
-      }
-    }
-    for (std::size_t o = 0; o < observables; ++o) {
-      if (!are_seen(o, design, problem.data)) continue;
-      bases.patterns.push_back({o, axis.name});
-      bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
-    }
-  }
-  return bases;
-}
-
-namespace {
-
 /// Root mean square over the known superpixels, SI: of all, and of the condition where it is largest.
 struct BasisSize {
   double mean = 0, largest = 0;
@@ -240,6 +209,32 @@ Pattern scatter_pattern(const char* axis, double gain, double sd) {
 }
 
 }  // namespace
+
+Bases generic_bases(const Problem& problem) {
+  const Design& design = problem.design;
+  const std::size_t n = design.superpixels();
+  Bases bases;
+  Axes axes(design);  // must outlive the covariates, which refer to it
+  for (const Axis& axis : axes.all()) {
+    std::vector<Column> values;
+    for (const Covariate& covariate : axis.columns) {
+      auto& column = values.emplace_back(design.size(), std::vector<double>(n));
+      for (std::size_t i = 0; i < design.size(); ++i) {
+        if (!design.shows_board(i) && axis.name != lens_axis) continue;  // a capped lens has no such setting
+        for (std::size_t s = 0; s < n; ++s) {
+          const double value = covariate(i, s);
+          column[i][s] = std::isfinite(value) ? basis_unit * value : 0;
+        }
+      }
+    }
+    for (std::size_t o = 0; o < observables; ++o) {
+      if (!are_seen(o, design, problem.data)) continue;
+      bases.patterns.push_back({o, axis.name});
+      bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
+    }
+  }
+  return bases;
+}
 
 std::string name_of(const Pattern& pattern) {
   const bool along = pattern.axis != everywhere && !pattern.axis.starts_with("period") && pattern.axis != no_setting &&

@@ -19,7 +19,6 @@
 #include <span>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 using Row = std::array<double, observables>;
@@ -217,6 +216,15 @@ class PixelFit {
   std::vector<Fit> fits_;
 };
 
+/// True if the data leave one of the amplitudes of a group undetermined when fitted with the maps of a fit.
+bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& group) {
+  const Score score = score_of(problem, fit, group, {}, map_columns(problem, fit.state));
+  const Eigen::Index n = score.information.rows();
+  const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(n, n) / (settings.prior_width * settings.prior_width);
+  const Eigen::VectorXd variance = (score.information + prior).inverse().diagonal();
+  return 1.96 * std::sqrt(variance.maxCoeff()) > settings.max_tie_width;
+}
+
 }  // namespace
 
 std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem& problem, const State& state) {
@@ -242,19 +250,6 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
   for (const PixelFit& fit : fits) std::ranges::move(fit.result(), std::back_inserter(all));
   return all;
 }
-
-namespace {
-
-/// True if the data leave one of the amplitudes of a group undetermined when fitted with the maps of a fit.
-bool is_left_open(const Problem& problem, const ModelFit& fit, const Group& group) {
-  const Score score = score_of(problem, fit, group, {}, map_columns(problem, fit.state));
-  const Eigen::Index n = score.information.rows();
-  const Eigen::MatrixXd prior = Eigen::MatrixXd::Identity(n, n) / (settings.prior_width * settings.prior_width);
-  const Eigen::VectorXd variance = (score.information + prior).inverse().diagonal();
-  return 1.96 * std::sqrt(variance.maxCoeff()) > settings.max_tie_width;
-}
-
-}  // namespace
 
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& given,
                                                const std::vector<std::unique_ptr<Candidate>>& candidates) {

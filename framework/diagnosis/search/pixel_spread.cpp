@@ -15,7 +15,6 @@
 #include <set>
 
 namespace tofgraph::diagnosis {
-
 namespace {
 
 constexpr double gain_step = 2e-3;  ///< m, for the derivative of the measured distance
@@ -82,39 +81,6 @@ std::vector<SpreadRow> spread_rows(const io::Campaign& campaign, bool physical, 
   }
   return result;
 }
-
-}  // namespace
-
-std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
-                                        const State& state) {
-  if (!campaign.from_table) return std::nullopt;
-  const tofgraph_camera& camera = campaign.camera->view();
-  const SpreadNoise noise{camera.read_noise, camera.shot_noise, camera.contrast,
-                          physics::metres_per_radian(camera.modulation_frequency)};
-  return fit_spread(spread_rows(campaign, physical, problem, state), noise);
-}
-
-std::vector<std::string> notes_on_spread(const PixelSpread& spread) {
-  std::vector<std::string> parts;
-  for (const SpreadTerm& term : spread.terms) {
-    const Law& law = law_of(term.law);
-    parts.push_back(fmt::format(fmt::runtime(law.sentence), term.value * law.scale));
-  }
-  std::vector<std::string> notes = {fmt::format(
-      "{} standard deviations over the pixels of boards are explained by {}: {:.0f} % of them within 25 %{}.",
-      spread.rows, fmt::join(parts, ", "), 100 * spread.within,
-      std::isfinite(spread.held_out_within)
-          ? fmt::format(", {:.0f} % where laws were chosen and fitted without their distance",
-                        100 * spread.held_out_within)
-          : "")};
-  if (spread.residual)
-    notes.push_back(fmt::format(
-        "Of the pixels' standard deviations, no law explains those of {} {}: {} rows are {:.2g} times the fitted ones.",
-        spread.residual->setting, spread.residual->level, spread.residual->rows, spread.residual->ratio));
-  return notes;
-}
-
-namespace {
 
 using Laws = std::vector<SpreadLaw>;
 
@@ -322,6 +288,35 @@ std::optional<SpreadResidual> residual_of(std::span<const SpreadRow> rows, const
 }
 
 }  // namespace
+
+std::optional<PixelSpread> pixel_spread(const io::Campaign& campaign, bool physical, const Problem& problem,
+                                        const State& state) {
+  if (!campaign.from_table) return std::nullopt;
+  const tofgraph_camera& camera = campaign.camera->view();
+  const SpreadNoise noise{camera.read_noise, camera.shot_noise, camera.contrast,
+                          physics::metres_per_radian(camera.modulation_frequency)};
+  return fit_spread(spread_rows(campaign, physical, problem, state), noise);
+}
+
+std::vector<std::string> notes_on_spread(const PixelSpread& spread) {
+  std::vector<std::string> parts;
+  for (const SpreadTerm& term : spread.terms) {
+    const Law& law = law_of(term.law);
+    parts.push_back(fmt::format(fmt::runtime(law.sentence), term.value * law.scale));
+  }
+  std::vector<std::string> notes = {fmt::format(
+      "{} standard deviations over the pixels of boards are explained by {}: {:.0f} % of them within 25 %{}.",
+      spread.rows, fmt::join(parts, ", "), 100 * spread.within,
+      std::isfinite(spread.held_out_within)
+          ? fmt::format(", {:.0f} % where laws were chosen and fitted without their distance",
+                        100 * spread.held_out_within)
+          : "")};
+  if (spread.residual)
+    notes.push_back(fmt::format(
+        "Of the pixels' standard deviations, no law explains those of {} {}: {} rows are {:.2g} times the fitted ones.",
+        spread.residual->setting, spread.residual->level, spread.residual->rows, spread.residual->ratio));
+  return notes;
+}
 
 std::optional<PixelSpread> fit_spread(std::span<const SpreadRow> rows, const SpreadNoise& noise) {
   if (rows.size() < spread_laws + 2) return std::nullopt;
