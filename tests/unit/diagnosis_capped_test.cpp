@@ -81,7 +81,7 @@ TEST_F(Capped, HasAPatternOfItsOwnAlone) {
       };
       const bool lens = bases.patterns[b].axis == "lens";
       of_lens += lens ? 1U : 0U;
-      EXPECT_EQ(is_set(column[last]), lens) << bases.groups[b].name;
+      EXPECT_EQ(is_set(column[last]), lens) << bases.patterns[b].axis;
       if (lens) {
         for (std::size_t i = 0; i < last; ++i) EXPECT_FALSE(is_set(column[i]));
       }

@@ -154,7 +154,7 @@ TEST_F(LastingResidue, IsNoneWhereItNeverChanges) {
 TEST_F(LastingResidue, IsCarriedByRuns) {
   const std::vector<Observations> data = data_with({}, 53);
   const Problem problem = make_problem(*design, data);
-  Group group{"even", {Column(design->size(), std::vector<double>(design->rows(), 0))}};
+  Group group{{Column(design->size(), std::vector<double>(design->rows(), 0))}};
   for (std::size_t i = 0; i < design->size(); ++i)
     std::fill_n(group.columns[0][i].begin(), design->superpixels(), 1e-3 * (i % 2 == 0 ? 1 : -1));
   std::vector<Observations> even = data;
@@ -187,7 +187,7 @@ TEST_F(Clutter, AScoreIsTheFallOfTheDeviance) {
                std::vector<double>(problem.targets.size(), 0.1),
                {.jitter = 5e-4, .offset = 0, .drift = 3e-4, .session = 2e-3}};
   fit.state.nuisances.smooth_field = std::make_shared<const SmoothField>(SmoothField(data), 2e-4);
-  Group group{"ramp", {}};
+  Group group;
   for (const int power : {1, 2}) {
     Column& column = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));
     for (std::size_t i = 0; i < design->size(); ++i) {
@@ -242,7 +242,7 @@ TEST_F(Clutter, AScorePromisesNoMoreThanThereIs) {
   const Problem problem = make_problem(*design, data);
   ModelFit fit;
   fit.state = {{}, std::vector<double>(problem.targets.size(), 0), {.jitter = 1, .offset = 0.01, .light = 0.1}};
-  Group group{"common", {}};
+  Group group;
   group.columns.reserve(8);
   for (const double part : {1.0, 1e-5, 1e-7, 0.0}) {
     Column& board = group.columns.emplace_back(design->size(), std::vector<double>(design->rows(), 0));

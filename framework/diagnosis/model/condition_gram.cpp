@@ -94,8 +94,9 @@ void CandidateGram::add_to(Eigen::MatrixXd& sum) const {
 std::vector<SharedColumn> shared_columns_of(const Problem& problem, std::size_t condition, Eigen::Index own) {
   std::vector<SharedColumn> parts;
   for (Eigen::Index c = 0; c < own; ++c) parts.push_back({c, c, 1});
-  for (const Shared& shared : problem.unknowns(0).of_condition(condition))
-    parts.push_back({own + shared.direction, own + shared.unknown, shared.factor});
+  std::vector<Shared> shared;
+  problem.unknowns(0).append_shared(condition, shared);
+  for (const Shared& one : shared) parts.push_back({own + one.direction, own + one.unknown, one.factor});
   return parts;
 }
 

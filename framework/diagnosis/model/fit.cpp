@@ -228,11 +228,7 @@ State with_drift_mean(const Problem& problem, State state) {
 
 ModelFit fit(const Problem& problem, State start) { return descend(problem, std::move(start), true); }
 
-ModelFit fit_roughly(const Problem& problem, State start) {
-  return descend(problem, std::move(start), true, {}, settings.roughly_converged);
-}
-
-ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known) {
+ModelFit fit_roughly(const Problem& problem, State start, std::span<const Column> known) {
   return descend(problem, std::move(start), true, known, settings.roughly_converged);
 }
 

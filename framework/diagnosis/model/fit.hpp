@@ -33,11 +33,9 @@ ModelFit with_jacobian(const Problem& problem, ModelFit fit);
 ModelFit fit(const Problem& problem, State start);
 
 /// Like fit(), with the accuracy that a comparison of models needs.
-ModelFit fit_roughly(const Problem& problem, State start);
-
-/// Like fit_roughly(), with the derivatives of the first parameters taken from another fit and not updated: all but
-/// those of an added term, or all if a term was removed. @param known these derivatives
-ModelFit fit_reusing(const Problem& problem, State start, std::span<const Column> known);
+/// @param known derivatives of the first parameters, taken from another fit and not updated: all but those of an added
+/// term, or all if a term was removed
+ModelFit fit_roughly(const Problem& problem, State start, std::span<const Column> known = {});
 
 /// Like fit() with the effects' parameters held: fits reflectivities and variances only.
 ModelFit fit_nuisances(const Problem& problem, State start);

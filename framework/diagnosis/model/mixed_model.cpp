@@ -252,12 +252,6 @@ std::vector<double> marginalise(std::vector<Gram>& grams, const RandomEffectSd& 
   return determinants;
 }
 
-std::vector<Shared> Unknowns::of_condition(std::size_t condition) const {
-  std::vector<Shared> all;
-  append_shared(condition, all);
-  return all;
-}
-
 void Unknowns::append_shared(std::size_t condition, std::vector<Shared>& to) const {
   if (target[condition] >= 0) to.push_back({light_direction, target[condition], 1});
   if (shared.empty()) return;

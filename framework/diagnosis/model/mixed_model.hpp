@@ -64,9 +64,8 @@ struct Unknowns {
   /// Scale of the half-normal prior of RandomEffectSd::jitter, m; infinity: none.
   double jitter = std::numeric_limits<double>::infinity();
 
-  /// Unknowns that a condition shares with others, numbered from 0: reflectivity of its target, then the further ones.
-  std::vector<Shared> of_condition(std::size_t condition) const;
-  /// Appends them to a list.
+  /// Appends the unknowns that a condition shares with others, numbered from 0: reflectivity of its target, then the
+  /// further ones.
   void append_shared(std::size_t condition, std::vector<Shared>& to) const;
   Eigen::Index count() const { return effects + targets + static_cast<Eigen::Index>(sd.size()); }
   /// Inverse variances of the unknowns' priors; effects and reflectivities have a wide one, in their units.

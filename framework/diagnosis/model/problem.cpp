@@ -31,6 +31,35 @@ std::string failing_effect(const Problem& problem, const State& state, std::size
   return state.terms.empty() ? "none" : state.terms.back().candidate->name();
 }
 
+/// Change of the observables over a step; 0 outside the lens model of the state.
+std::vector<double> slope(std::vector<double> there, const std::vector<double>& here, double step) {
+  for (std::size_t row = 0; row < here.size(); ++row) {
+    const double change = (there[row] - here[row]) / step;
+    there[row] = std::isfinite(change) ? change : 0;
+  }
+  return there;
+}
+
+/// @param bias true: also updates the bias of the coarse grid @param exactly see update_precomputed()
+void precompute(const Problem& problem, State& state, bool bias, bool exactly) {
+  constexpr double step = 0.01;
+  const Design& design = problem.design;
+  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
+  const bool every_pixel = exactly || std::ranges::any_of(state.terms, [](const Term& term) {
+                             return !term.maps && term.candidate->reads_files();
+                           });
+  const bool ideal = state.terms.empty();  // the change by light is then that of the ideal camera
+  Rows grid_bias(design.size()), by_light(design.size());
+  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
+    const double light = log_reflectivity_of(problem, state, i);
+    const std::vector<double> coarse = design.predict(model, i, light);
+    if (bias) grid_bias[i] = slope(design.predict_finely(model, i, light, every_pixel), coarse, 1);
+    if (!ideal) by_light[i] = slope(design.predict(model, i, light + step), coarse, step);
+  });
+  if (bias) state.precomputed.grid_bias = std::make_shared<const Rows>(std::move(grid_bias));
+  state.precomputed.reflectivity_jacobian = ideal ? nullptr : std::make_shared<const Rows>(std::move(by_light));
+}
+
 }  // namespace
 
 std::size_t term_of(const State& state, const Candidate& candidate) {
@@ -187,42 +216,12 @@ Rows expected(const Problem& problem, const State& state) {
 }
 
 void update_precomputed(const Problem& problem, State& state, bool exactly) {
-  const Design& design = problem.design;
-  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
-  const bool every_pixel = exactly || std::ranges::any_of(state.terms, [](const Term& term) {
-                             return !term.maps && term.candidate->reads_files();
-                           });
-  Rows bias(design.size());
-  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    const double light = log_reflectivity_of(problem, state, i);
-    bias[i] = design.predict_finely(model, i, light, every_pixel);
-    const std::vector<double> coarse = design.predict(model, i, light);
-    for (std::size_t row = 0; row < coarse.size(); ++row) {
-      const double difference = bias[i][row] - coarse[row];
-      bias[i][row] = std::isfinite(difference) ? difference : 0;  // outside the lens model of this state
-    }
-  });
-  state.precomputed.grid_bias = std::make_shared<const Rows>(std::move(bias));
-  update_reflectivity_jacobian(problem, state);
+  precompute(problem, state, true, exactly);
 }
 
 void update_reflectivity_jacobian(const Problem& problem, State& state) {
-  constexpr double step = 0.01;
   state.precomputed.reflectivity_jacobian = nullptr;
-  if (state.terms.empty()) return;  // that of the ideal camera
-  const Design& design = problem.design;
-  const simulation::ForwardModel model = forward_model(state.terms, design.camera(), design.physical());
-  Rows change(design.size());
-  tbb::parallel_for(std::size_t{0}, design.size(), [&](std::size_t i) {
-    const double light = log_reflectivity_of(problem, state, i);
-    change[i] = design.predict(model, i, light + step);
-    const std::vector<double> coarse = design.predict(model, i, light);
-    for (std::size_t row = 0; row < coarse.size(); ++row) {
-      const double derivative = (change[i][row] - coarse[row]) / step;
-      change[i][row] = std::isfinite(derivative) ? derivative : 0;
-    }
-  });
-  state.precomputed.reflectivity_jacobian = std::make_shared<const Rows>(std::move(change));
+  if (!state.terms.empty()) precompute(problem, state, false, false);
 }
 
 Column difference(Column rows, const Column& other) {

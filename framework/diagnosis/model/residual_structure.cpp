@@ -178,7 +178,7 @@ std::vector<double> influence(const Problem& problem, const State& state, std::s
   without.state = removed(state, {term, {}});
   const auto rows = expected(problem, without.state);
   without.jacobian = jacobian(problem, without.state, rows);
-  const Group change{state.terms[term].candidate->name(), {difference(expected(problem, state), rows)}};
+  const Group change{{difference(expected(problem, state), rows)}};
   const Score score = score_of(problem, without, change);
   if (!(score.gain > 0)) return {};
   const auto conditions = static_cast<Eigen::Index>(problem.data.size());  // rows beyond it: shared random unknowns

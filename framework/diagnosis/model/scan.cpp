@@ -132,13 +132,17 @@ Eigen::MatrixXd root_of_inverse(const Eigen::MatrixXd& information, double& dime
 /// Scores of a group in coordinates in which its information is the unit matrix.
 struct Whitened {
   Eigen::MatrixXd scores;  ///< conditions x columns
-  double statistic(const Eigen::VectorXd& signs) const { return (scores.transpose() * signs).norm(); }
+  double dimension = 0;
+  /// Statistic beyond the expectation for noise, by which groups of different size are compared.
+  double beyond(const Eigen::VectorXd& signs) const {
+    return (scores.transpose() * signs).norm() - std::sqrt(dimension);
+  }
 };
 
 Whitened whiten(const Projected& projected, Score& score) {
   score.information = projected.information;
   const Eigen::MatrixXd root = root_of_inverse(projected.information, score.dimension);
-  Whitened result{projected.scores * root};
+  Whitened result{projected.scores * root, score.dimension};
   score.shares = projected.scores;
   const Eigen::VectorXd total = result.scores.colwise().sum();
   score.gain = total.squaredNorm();
@@ -168,13 +172,11 @@ void flip(const std::vector<Whitened>& groups, std::vector<Score>& scores, std::
   const std::size_t n = groups.size();
   std::vector<std::vector<double>> drawn(draws, std::vector<double>(n));
   const std::vector<Eigen::VectorXd> signs = random_signs(scores.front().units, seed);
-  // Groups of different size are compared by their excess over the expectation for noise.
-  const auto beyond = [&](std::size_t g, double statistic) { return statistic - std::sqrt(scores[g].dimension); };
   tbb::parallel_for(std::size_t{0}, draws, [&](std::size_t d) {
-    for (std::size_t g = 0; g < n; ++g) drawn[d][g] = beyond(g, groups[g].statistic(signs[d]));
+    for (std::size_t g = 0; g < n; ++g) drawn[d][g] = groups[g].beyond(signs[d]);
   });
   for (std::size_t g = 0; g < n; ++g) {
-    const double seen = beyond(g, std::sqrt(scores[g].gain));
+    const double seen = std::sqrt(scores[g].gain) - std::sqrt(scores[g].dimension);
     std::size_t any = 1, own = 1;
     for (const std::vector<double>& draw : drawn) {
       any += *std::ranges::max_element(draw) >= seen ? 1U : 0U;
@@ -195,23 +197,16 @@ bool significant(const Score& score) {
 
 double chance_of(const Score& one, const Score& score, std::span<const std::vector<Eigen::Index>> groups,
                  std::uint64_t seed) {
-  struct Flipped {
-    Whitened whitened;
-    double dimension = 0;
-  };
-  std::vector<Flipped> all;
+  std::vector<Whitened> all;
   for (const std::vector<Eigen::Index>& columns : groups) {
     Score scored;
-    Whitened whitened = whiten({score.shares(Eigen::all, columns), score.information(columns, columns)}, scored);
-    all.push_back({std::move(whitened), scored.dimension});
+    all.push_back(whiten({score.shares(Eigen::all, columns), score.information(columns, columns)}, scored));
   }
   const double seen = std::sqrt(one.gain) - std::sqrt(one.dimension);
   const std::vector<Eigen::VectorXd> signs = random_signs(score.units, seed);
   std::vector<std::uint8_t> as_much(signs.size(), 0);
   tbb::parallel_for(std::size_t{0}, signs.size(), [&](std::size_t d) {
-    as_much[d] = std::ranges::any_of(all, [&](const Flipped& group) {
-      return group.whitened.statistic(signs[d]) - std::sqrt(group.dimension) >= seen;
-    });
+    as_much[d] = std::ranges::any_of(all, [&](const Whitened& group) { return group.beyond(signs[d]) >= seen; });
   });
   return static_cast<double>(1 + std::ranges::count(as_much, 1)) / static_cast<double>(signs.size() + 1);
 }

@@ -18,7 +18,6 @@ namespace tofgraph::diagnosis {
 
 /// Columns that are tested together. They may omit rows; then all of them start at first_row.
 struct Group {
-  std::string name;
   std::vector<Column> columns;
   std::size_t first_row = 0;
   /// Each column represents one column per superpixel, which is 0 elsewhere. In scores these are ordered by column,

@@ -52,7 +52,7 @@ Series expected_series(const Design& design, const std::vector<std::size_t>& ord
     const double value = scaled(means[i].*which, o);
     ticks.marks.push_back({.x = c.board_distance,
                            .y = value,
-                           .title = fmt::format("{}: {}\n{}", c.id, setting_of(c), shown_signed(means[i].*which, o)),
+                           .title = fmt::format("{}: {}\n{}", c.id, setting_of(c), shown(means[i].*which, o, 3, true)),
                            .condition = i});
     if (!std::isfinite(value)) continue;
     levels[c.board_distance].push_back(value);

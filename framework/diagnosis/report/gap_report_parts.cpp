@@ -75,13 +75,9 @@ std::string text_of(const MeasuredContrast& contrast) {
          " (statistical)";
 }
 
-std::string shown(double value, std::size_t observable, int digits) {
+std::string shown(double value, std::size_t observable, int digits, bool sign) {
   if (!std::isfinite(value)) return "-";
-  return fmt::format("{} {}", report::plain(scaled(value, observable), digits), unit_of(observable));
-}
-std::string shown_signed(double value, std::size_t observable) {
-  if (!std::isfinite(value)) return "-";
-  return fmt::format("{} {}", report::plain(scaled(value, observable), 3, true), unit_of(observable));
+  return fmt::format("{} {}", report::plain(scaled(value, observable), digits, sign), unit_of(observable));
 }
 std::string shown_within(double value, double uncertainty, std::size_t observable, bool sign) {
   if (!std::isfinite(value)) return "-";
@@ -203,7 +199,7 @@ report::FieldMap sensor_map(const Design& design, const std::vector<double>& val
                           std::isfinite(values[s])
                               ? fmt::format("row {}, column {} of {} x {}: {}, standard deviation {}",
                                             s / pixels.columns + 1, s % pixels.columns + 1, pixels.rows, pixels.columns,
-                                            shown_signed(values[s], observable), shown(sd[s], observable))
+                                            shown(values[s], observable, 3, true), shown(sd[s], observable))
                               : "nothing was measured here"});
   return map;
 }

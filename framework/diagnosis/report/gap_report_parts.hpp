@@ -61,10 +61,8 @@ void add_next(report::Page& page, const ReportData& data);
 std::string with_uncertainty(double value, const Interval& interval, std::string_view unit, int digits = 3);
 /// "0.4700 ± 0.0010 (statistical)"
 std::string text_of(const MeasuredContrast& contrast);
-/// Value with unit: lengths in mm, relative quantities in percent.
-std::string shown(double value, std::size_t observable, int digits = 3);
-/// Signed value with unit, for residuals.
-std::string shown_signed(double value, std::size_t observable);
+/// Value with unit: lengths in mm, relative quantities in percent. @param sign true: always with a sign
+std::string shown(double value, std::size_t observable, int digits = 3, bool sign = false);
 /// Value with the decimals of two digits of its uncertainty; a value below that keeps two digits of its own.
 std::string shown_within(double value, double uncertainty, std::size_t observable, bool sign = false);
 /// Gap of one observable, with the digits that its held-out 95 % interval supports.

@@ -68,7 +68,7 @@ std::string over_conditions(const Design& design, const std::vector<std::vector<
     cells[cell].push_back(mean(values[i]));
     map.fields[cell].condition = i;
     map.fields[cell].title +=
-        fmt::format("{}{}: {}", map.fields[cell].title.empty() ? "" : "\n", c.id, shown_signed(mean(values[i]), o));
+        fmt::format("{}{}: {}", map.fields[cell].title.empty() ? "" : "\n", c.id, shown(mean(values[i]), o, 3, true));
   }
   std::vector<double> all;
   for (std::size_t k = 0; k < cells.size(); ++k) all.push_back(map.fields[k].value = scaled(mean(cells[k]), o));

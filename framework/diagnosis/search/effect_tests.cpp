@@ -151,9 +151,9 @@ EffectFinding EffectTests::test_on_all_data(const ModelTerm& addition, const Pat
   found.candidate = term.candidate;
   found.name = name_of(term, addition);
   found.gain = less.deviance - best.deviance;
-  const Group group{found.name, signature(findings_.problem(), less.state, best.state, addition)};
+  const Group group{signature(findings_.problem(), less.state, best.state, addition)};
   // Only the fitted direction: the selection among all directions and candidates is accounted for in chance().
-  const Group direction{group.name, {group.columns[0]}};
+  const Group direction{{group.columns[0]}};
   Score score = term.maps ? score_of_maps(findings_.problem(), less, term, findings_.options().seed)
                           : score_of(findings_.problem(), less, direction, findings_.options().seed);
   const bool nothing_left = with_it.is_explained();

@@ -31,6 +31,12 @@ void Findings::drop_with_reason(const ModelTerm& addition, EffectFinding finding
   result.dropped.push_back(std::move(finding));
 }
 
+void Findings::drop_found(std::size_t f) {
+  EffectFinding finding = std::move(result.found[f]);
+  result.found.erase(result.found.begin() + static_cast<std::ptrdiff_t>(f));
+  drop_with_reason({given_terms().size() + f, std::nullopt}, std::move(finding));
+}
+
 void Findings::drop_all(const std::string& why) {
   for (std::vector<ModelTerm> left = selection.additions(); !left.empty(); left = selection.additions()) {
     const Term& term = selection.terms()[left.back().term];
@@ -43,11 +49,9 @@ void Findings::drop_all(const std::string& why) {
 bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& test) {
   bool changed = false;
   for (std::size_t f = result.found.size(); f-- > 0;) {
-    EffectFinding& finding = result.found[f];
-    finding.refutation = test(finding);
-    if (finding.refutation.empty()) continue;
-    drop_with_reason({given_terms().size() + f, std::nullopt}, std::move(finding));
-    result.found.erase(result.found.begin() + static_cast<std::ptrdiff_t>(f));
+    result.found[f].refutation = test(result.found[f]);
+    if (result.found[f].refutation.empty()) continue;
+    drop_found(f);
     changed = true;
   }
   return changed;

@@ -34,6 +34,8 @@ class Findings {
   std::vector<Pattern> patterns_of(const ModelFit& fit) const;
   /// Removes an addition from the model. Replaces an earlier reason for the same effect.
   void drop_with_reason(const ModelTerm& addition, EffectFinding finding);
+  /// Removes an added effect that was refuted. @param f its index in the result
+  void drop_found(std::size_t f);
   /// Removes all additions from the model.
   void drop_all(const std::string& why);
   /// Drops the effects that a test refutes. @returns true if an effect was dropped

@@ -11,12 +11,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <memory>
 #include <numeric>
 #include <random>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 namespace tofgraph::diagnosis {
@@ -24,17 +24,6 @@ namespace {
 
 /// Conditions by level, in the order of the levels.
 using Levels = std::vector<std::pair<std::string, std::vector<std::size_t>>>;
-
-template <class Key> Levels levels_of(const Design& design, const std::function<Key(const io::Condition&)>& key,
-                                      const std::function<std::string(const Key&)>& label) {
-  std::map<Key, std::vector<std::size_t>> by_key;
-  for (std::size_t i = 0; i < design.size(); ++i) {
-    if (design.shows_board(i)) by_key[key(design.conditions()[i])].push_back(i);  // a capped lens has no such level
-  }
-  Levels levels;
-  for (auto& [level, conditions] : by_key) levels.emplace_back(label(level), std::move(conditions));
-  return levels;
-}
 
 class Folds {
  public:
@@ -69,30 +58,30 @@ class Folds {
 
   std::vector<Fold> all() {
     ordered("distance", distances());
-    if (folds_.empty())
-      ordered("integration time",
-              levels_of<double>(
-                  design_, [](const io::Condition& c) { return c.integration_time; }, number("ms", 1e3)));
+    if (folds_.empty()) ordered("integration time", levels_of(&io::Condition::integration_time, "ms", 1e3));
     each("target", targets());
-    each("session", levels_of<std::string>(
-                        design_, [](const io::Condition& c) { return c.session; }, word));
+    each("session", levels_of(&io::Condition::session));
     return std::move(folds_);
   }
 
  private:
-  static std::function<std::string(const double&)> number(const char* unit, double scale) {
-    return [=](const double& value) { return fmt::format("{:.4g} {}", scale * value, unit); };
+  /// @param unit of numbers, SI over scale
+  template <class T> Levels levels_of(T io::Condition::*setting, const char* unit = "", double scale = 1) const {
+    std::map<T, std::vector<std::size_t>> by_value;
+    for (std::size_t i = 0; i < design_.size(); ++i) {
+      if (design_.shows_board(i)) by_value[design_.conditions()[i].*setting].push_back(i);  // a capped lens has none
+    }
+    Levels levels;
+    for (auto& [value, conditions] : by_value) {
+      if constexpr (std::is_same_v<T, double>)
+        levels.emplace_back(fmt::format("{:.4g} {}", scale * value, unit), std::move(conditions));
+      else
+        levels.emplace_back(value, std::move(conditions));
+    }
+    return levels;
   }
-  static std::string word(const std::string& text) { return text; }
-
-  Levels distances() const {
-    return levels_of<double>(
-        design_, [](const io::Condition& c) { return c.board_distance; }, number("m", 1));
-  }
-  Levels targets() const {
-    return levels_of<std::string>(
-        design_, [](const io::Condition& c) { return c.target; }, word);
-  }
+  Levels distances() const { return levels_of(&io::Condition::board_distance, "m"); }
+  Levels targets() const { return levels_of(&io::Condition::target); }
 
   void one_by_one(const std::string& setting, const Levels& levels) {
     for (std::size_t k = 0; k < levels.size() && levels.size() > 1; ++k) add(setting, levels, std::span(&k, 1), false);

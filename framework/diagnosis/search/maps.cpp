@@ -65,7 +65,7 @@ double norm_of(const Problem& problem, const Column& column) {
 Response response(const Problem& problem, const State& state, const Candidate& candidate,
                   std::span<const MapParameter> parameters) {
   const auto rows = expected(problem, state);
-  Response result{{}, {}, {.name = candidate.name(), .by_superpixel = true}};
+  Response result{{}, {}, {.by_superpixel = true}};
   for (const MapParameter& parameter : parameters) {
     State with = state;
     with.terms.push_back(
@@ -103,7 +103,7 @@ std::vector<EstimatedMaps::Map> values_of(const Problem& problem, const Response
 }
 
 Response subset(const Response& all, const std::vector<std::size_t>& chosen) {
-  Response result{{}, {}, {.name = all.group.name, .by_superpixel = true}};
+  Response result{{}, {}, {.by_superpixel = true}};
   for (const std::size_t m : chosen) {
     result.parameters.push_back(all.parameters[m]);
     result.steps.push_back(all.steps[m]);
@@ -217,9 +217,9 @@ MapTrial fitted(const Problem& problem, const ModelFit& base, const Candidate& c
   MapTrial result{{&candidate, {}, score_of(problem, base, maps.group, seed)}};
   State state = base.state;
   state.terms.push_back(term_of(problem, candidate, values_of(problem, maps, result.score), result.score.dimension));
-  result.fit = fit_reusing(problem, std::move(state), base.jacobian);
+  result.fit = fit_roughly(problem, std::move(state), base.jacobian);
   result.fit = improved(std::move(result.fit), settings.map_trial_rounds, 0, [&](const State& now) {
-    return fit_reusing(problem, with_updated_maps_of_term(problem, now, now.terms.size() - 1), base.jacobian);
+    return fit_roughly(problem, with_updated_maps_of_term(problem, now, now.terms.size() - 1), base.jacobian);
   });
   result.lack_of_fit = lack_of_fit(problem, with_jacobian(problem, result.fit));
   return result;

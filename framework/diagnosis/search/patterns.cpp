@@ -169,16 +169,12 @@ class Axes {
   std::vector<Axis> axes_;
 };
 
-/// Root mean square over the known superpixels, SI: of all, and of the condition where it is largest.
-struct BasisSize {
-  double mean = 0, largest = 0;
-};
-
-/// Size of the pattern of a basis with these values.
-BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd& values, const Problem& problem) {
+/// Root mean square over the known superpixels, SI, of a pattern whose columns have these values: of all, and of the
+/// condition where it is largest.
+std::pair<double, double> size_of(const Pattern& basis, const Group& group, const Eigen::VectorXd& values,
+                                  const Problem& problem) {
   const std::size_t first = basis.observable * problem.design.superpixels();
-  double sum = 0, count = 0;
-  BasisSize size;
+  double sum = 0, count = 0, largest = 0;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     double here = 0, known = 0;
     for (const std::size_t row : problem.known_rows(i, basis.observable)) {
@@ -188,12 +184,11 @@ BasisSize size_of(const Basis& basis, const Group& group, const Eigen::VectorXd&
       here += value * value;
       ++known;
     }
-    if (known > 0) size.largest = std::max(size.largest, std::sqrt(here / known));
+    if (known > 0) largest = std::max(largest, std::sqrt(here / known));
     sum += here;
     count += known;
   }
-  if (count > 0) size.mean = std::sqrt(sum / count);
-  return size;
+  return {count > 0 ? std::sqrt(sum / count) : 0, largest};
 }
 
 /// Pattern of distances that scatter from one condition to the next. @param sd m
@@ -230,7 +225,7 @@ Bases generic_bases(const Problem& problem) {
     for (std::size_t o = 0; o < observables; ++o) {
       if (!are_seen(o, design, problem.data)) continue;
       bases.patterns.push_back({o, axis.name});
-      bases.groups.push_back({fmt::format("{} along {}", observable_names[o], axis.name), values, o * n});
+      bases.groups.push_back({values, o * n});
     }
   }
   return bases;
@@ -284,9 +279,9 @@ PatternScan PatternFinder::find(const ModelFit& fit, std::optional<std::uint64_t
     // A single pattern among many without effect cannot reach the false discovery limit with this number of draws.
     const bool beyond_chance = score.own_p_value <= limit || significant(score);
     if (!beyond_chance || score.gain < settings.min_pattern_gain) continue;
-    const BasisSize size = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem_);
+    const auto [size, largest] = size_of(bases_.patterns[b], bases_.groups[b], score.values, problem_);
     result.patterns.push_back({bases_.patterns[b].observable, bases_.patterns[b].axis, score.gain, score.own_p_value,
-                               size.mean, significant(score), size.largest,
+                               size, significant(score), largest,
                                std::clamp(score.gain / std::max(beyond, score.gain), 0.0, 1.0)});
   }
   std::ranges::stable_sort(result.patterns, [](const Pattern& a, const Pattern& b) {

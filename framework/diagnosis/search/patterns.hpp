@@ -12,26 +12,7 @@ namespace tofgraph::diagnosis {
 
 // ---- Generic patterns of an observable along an axis ----
 
-/// A pattern of one observable along one axis.
-struct Basis {
-  std::size_t observable = 0;
-  std::string axis;
-};
-
-inline constexpr const char* everywhere = "everywhere";  ///< axis of a constant
-
-/// Patterns, and the columns of each in mm (distance) or 0.1 % (other observables).
-struct Bases {
-  std::vector<Basis> patterns;
-  std::vector<Group> groups;
-};
-
-/// Patterns along the axes that this campaign varies.
-Bases generic_bases(const Problem& problem);
-
-// ---- Location of a gap ----
-
-/// A generic pattern of the gap.
+/// A pattern of one observable along one axis, and its size in a gap.
 struct Pattern {
   std::size_t observable = 0;
   std::string axis;
@@ -41,6 +22,19 @@ struct Pattern {
   double largest = 0;            ///< root mean square in the condition where it is largest
   double share = 0;              ///< fraction of the excess; NaN: unknown
 };
+
+inline constexpr const char* everywhere = "everywhere";  ///< axis of a constant
+
+/// Patterns without sizes, and the columns of each in mm (distance) or 0.1 % (other observables).
+struct Bases {
+  std::vector<Pattern> patterns;
+  std::vector<Group> groups;
+};
+
+/// Patterns along the axes that this campaign varies.
+Bases generic_bases(const Problem& problem);
+
+// ---- Location of a gap ----
 
 struct PatternScan {
   std::vector<Pattern> patterns;   ///< significant ones, by p-value and gain

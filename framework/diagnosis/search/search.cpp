@@ -145,11 +145,8 @@ class Search {
     result_.not_better = why;
     if (result_.found.empty()) return findings_.drop_all(why);
     const auto least = std::ranges::min_element(result_.found, {}, &EffectFinding::gain);
-    const auto f = static_cast<std::size_t>(least - result_.found.begin());
-    EffectFinding finding = std::move(*least);
-    result_.found.erase(least);
-    finding.refutation = why;
-    findings_.drop_with_reason({findings_.given_terms().size() + f, std::nullopt}, std::move(finding));
+    least->refutation = why;
+    findings_.drop_found(static_cast<std::size_t>(least - result_.found.begin()));
     result_.refinements.clear();
   }
 
@@ -200,8 +197,7 @@ class Search {
     result_.structure = parallel_analysis(problem, best.state, options().seed);
     if (!result_.something_left()) return;
     for (const Trial& t : findings_.trials.best(best, nullptr, settings.min_nearest_gain)) {
-      const Group group{t.candidate->name(),
-                        signature(problem, best.state, t.fit.state, {selection_.terms().size(), std::nullopt})};
+      const Group group{signature(problem, best.state, t.fit.state, {selection_.terms().size(), std::nullopt})};
       const double fraction = left.most > 0 ? std::min(score_of(problem, best, group).gain / left.most, 1.0) : 1.0;
       if (fraction > settings.min_nearest_fraction) result_.nearest.push_back({t.candidate, fraction});
     }

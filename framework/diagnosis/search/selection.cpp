@@ -169,7 +169,7 @@ ModelFit fit_without(const Problem& problem, const ModelFit& best, const ModelTe
   columns.erase(at, at + static_cast<std::ptrdiff_t>(count));
   State state = removed(best.state, addition);
   update_reflectivity_jacobian(problem, state);
-  ModelFit less = fit_reusing(problem, std::move(state), columns);
+  ModelFit less = fit_roughly(problem, std::move(state), columns);
   if (has_maps(less.state)) less = fit_with_maps(problem, less.state);  // maps take over what they can
   less.jacobian = std::move(columns);
   return less;
@@ -179,7 +179,7 @@ std::vector<double> min_deviance_rises(const Problem& problem, const ModelFit& b
                                        std::span<const ModelTerm> additions) {
   const State& state = best.state;
   const auto rows = expected(problem, state);
-  Group group{"additions", best.jacobian};
+  Group group{best.jacobian};
   std::vector<std::optional<Eigen::Index>> at;
   for (const ModelTerm& addition : additions) {
     std::optional<Column> change = change_of(problem, state, rows, addition);

@@ -26,7 +26,7 @@ void probe(const Problem& problem, const State& state, const Rows& rows, const C
   bool first = true;
   for (std::vector<double>& values : starts_of_nonlinear(parameters, range)) {
     one.values = std::move(values);
-    Group group{candidate.name(), {}};
+    Group group;
     try {
       for (std::size_t c = 0; c < one.amplitudes.size(); ++c)
         group.columns.push_back(
@@ -121,7 +121,7 @@ Trial Trials::fitted(const ModelFit& base, const Probe& probe, const Score& scor
     // The last start is used if the others are outside the effect's domain or end in a poor minimum.
     if (s + 1 == all.size() && result.fit.deviance < base.deviance) break;
     try {
-      ModelFit next = fit_reusing(problem_, all[s], base.jacobian);
+      ModelFit next = fit_roughly(problem_, all[s], base.jacobian);
       if (next.deviance < result.fit.deviance) result.fit = std::move(next);
     } catch (const simulation::EffectError&) {
       continue;
@@ -180,7 +180,7 @@ Audit audit(const Problem& problem, const std::vector<Term>& model,
   if (std::isfinite(problem.nuisances.jitter)) fit.state.random_sd.jitter = problem.nuisances.jitter;
   Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
   Audit result;
-  Group together{"all", {}};
+  Group together;
   std::vector<Eigen::Index> columns;  // number of columns per effect
   std::vector<double> most;           // largest change per effect, see max_normalised_rms()
   for (const auto& candidate : candidates) {
