@@ -192,9 +192,8 @@ std::optional<CaseOutcome> CaseFiles::load(std::size_t number) const {
   std::ifstream stream(path(number));
   if (!stream) return std::nullopt;
   const nlohmann::json j = nlohmann::json::parse(stream, nullptr, false);
-  if (!j.is_object() || j.value("format", "") != case_format || j.value("version", 0) != case_version ||
-      j.value("key", "") != key_ || j.value("case", std::size_t{0}) != number + 1 || !j.contains("named") ||
-      !j["named"].is_boolean() || !j.contains("right") || !j["right"].is_boolean())
+  if (!j.is_object() || j.value("key", "") != key_ || !j.contains("named") || !j["named"].is_boolean() ||
+      !j.contains("right") || !j["right"].is_boolean())
     return std::nullopt;
   return CaseOutcome{j["named"], j["right"]};
 }

@@ -15,23 +15,20 @@ namespace {
 /// Adds a probe and its group for each combination of nonlinear values at which a candidate is scored.
 void probe(const Problem& problem, const State& state, const Rows& rows, const Candidate& candidate,
            NonlinearRange range, Probes& probes) {
-  Probe one{&candidate, {}, {}, {}};
+  if (candidate.amplitudes() == 0) return;
+  Probe one{&candidate, {}};
   const std::vector<FreeParameter>& parameters = candidate.free();
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
-    if (parameters[k].nonlinear) continue;
-    one.amplitudes.push_back(k);
-    one.steps.push_back(parameters[k].step());
-  }
-  if (one.amplitudes.empty()) return;
   bool first = true;
   for (std::vector<double>& values : starts_of_nonlinear(parameters, range)) {
     one.values = std::move(values);
     Group group;
     try {
-      for (std::size_t c = 0; c < one.amplitudes.size(); ++c)
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        if (parameters[k].nonlinear) continue;
         group.columns.push_back(
-            change_by_step(problem, rows, one.values, one.amplitudes[c], one.steps[c],
+            change_by_step(problem, rows, one.values, k, parameters[k].step(),
                            [&](std::span<const double> moved) { return one.placed(state, moved); }));
+      }
     } catch (const simulation::EffectError&) {
       if (std::exchange(first, false)) throw;  // the effect must be defined at its usual nonlinear values
       continue;
@@ -99,13 +96,14 @@ Probes probes_of(const Problem& problem, const State& state, const std::vector<s
 std::vector<State> Trials::starts(const State& state, const Probe& probe, const Score& score) const {
   std::vector<double> guess = probe.values, other = guess;
   bool unmoved = false;
-  for (std::size_t c = 0; c < probe.amplitudes.size(); ++c) {
-    const std::size_t k = probe.amplitudes[c];
+  Eigen::Index column = 0;
+  for (std::size_t k = 0; k < guess.size(); ++k) {
     const FreeParameter& p = probe.candidate->free()[k];
-    const double share = score.values(static_cast<Eigen::Index>(c));
-    guess[k] = other[k] = std::clamp(p.off + share * probe.steps[c], p.minimum, p.maximum);
+    if (p.nonlinear) continue;
+    const double share = score.values(column++);
+    guess[k] = other[k] = std::clamp(p.off + share * p.step(), p.minimum, p.maximum);
     if (std::abs(share) > settings.unmoved_amplitude) continue;
-    other[k] = p.off + probe.steps[c] / 2;
+    other[k] = p.off + p.step() / 2;
     unmoved = true;
   }
   std::vector<State> result = {probe.placed(state, guess)};

@@ -19,15 +19,14 @@ namespace tofgraph::diagnosis {
 struct Probe {
   const Candidate* candidate = nullptr;
   std::vector<double> values;
-  std::vector<std::size_t> amplitudes;  ///< parameters of the columns of its group
-  std::vector<double> steps;            ///< SI, changes of these for one column
 
   /// State with the candidate added. @param chosen values of its parameters
   State placed(State state, std::span<const double> chosen) const;
 };
 
-/// Probes and their columns: the change by a typical step of each amplitude. A whole step instead of a derivative,
-/// because the change by some effects is quadratic in their amplitude.
+/// Probes and their columns: the change by a typical step of each amplitude, FreeParameter::step(), in the order of the
+/// parameters. A whole step instead of a derivative, because the change by some effects is quadratic in their
+/// amplitude.
 struct Probes {
   std::vector<Probe> list;
   std::vector<Group> groups;

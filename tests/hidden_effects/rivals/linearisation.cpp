@@ -160,9 +160,10 @@ void write_columns(const File& file, const Problem& problem, const State& state,
   std::size_t start = 0;
   for (; start < probes.list.size(); ++start) {
     const Probe& probe = probes.list[start];
-    for (std::size_t k = 0; k < probe.amplitudes.size(); ++k)
-      write_column(file, probes.groups[start].columns[k], probe.candidate->name(),
-                   probe.candidate->free()[probe.amplitudes[k]], start, names);
+    std::size_t column = 0;
+    for (const FreeParameter& p : probe.candidate->free())
+      if (!p.nonlinear)
+        write_column(file, probes.groups[start].columns[column++], probe.candidate->name(), p, start, names);
   }
   for (const auto& candidate : candidates)
     if (!probes.refused.contains(candidate->name())) write_refinements(file, problem, state, *candidate, start, names);
