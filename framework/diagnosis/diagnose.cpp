@@ -28,9 +28,8 @@ namespace tofgraph::diagnosis {
 namespace {
 
 /// All effects of the catalogue except the excluded ones. An unknown name is an error.
-std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistry& catalogue,
-                                                      const std::vector<std::string>& without,
-                                                      std::vector<Note>& notes) {
+Candidates candidates_of(const graph::PluginRegistry& catalogue, const std::vector<std::string>& without,
+                         std::vector<Note>& notes) {
   std::vector<std::string> names;
   std::vector<graph::PluginFile> files;
   for (const graph::PluginFile& file : catalogue.files()) {
@@ -39,14 +38,14 @@ std::vector<std::unique_ptr<Candidate>> candidates_of(const graph::PluginRegistr
     files.push_back(file);
   }
   for (const std::string& name : without) {
-    if (std::ranges::find(names, name) == names.end())
+    if (!contains(names, name))
       throw config::ConfigurationError(fmt::format("--exclude-effect: error: there is no effect '{}'\n         {}",
                                                    name, config::suggestion(name, names, "effects")));
   }
-  std::vector<std::unique_ptr<Candidate>> candidates;
+  Candidates candidates;
   const auto seen = catalogue.describe(files);
   for (const graph::PluginFile& file : files) {
-    if (std::ranges::find(without, file.name) != without.end()) continue;
+    if (contains(without, file.name)) continue;
     try {
       candidates.push_back(std::make_unique<Candidate>(catalogue.load(file, seen)));
     } catch (const std::runtime_error& error) {
@@ -183,7 +182,7 @@ class Run {
     std::string basis = fmt::format("seed {} effects {} searched {} skip {}\n", options.seed, options.max_effects,
                                     d_->problem->data.size(), fmt::join(options_.exclude_conditions, ","));
     for (const graph::PluginFile& file : catalogue_.files()) {
-      const bool excluded = std::ranges::find(options_.exclude_effects, file.name) != options_.exclude_effects.end();
+      const bool excluded = contains(options_.exclude_effects, file.name);
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";
     }
     if (const auto program = config::command_folder() / "diagnose.so"; std::filesystem::exists(program))

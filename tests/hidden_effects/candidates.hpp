@@ -13,9 +13,9 @@
 namespace tofgraph::hidden {
 
 /// All effects on the plugin path except one. @param without its name; "" excludes none
-inline std::vector<std::unique_ptr<diagnosis::Candidate>> candidates_but(const std::string& without) {
+inline diagnosis::Candidates candidates_but(const std::string& without) {
   const graph::PluginRegistry catalogue(graph::plugin_path({}));
-  std::vector<std::unique_ptr<diagnosis::Candidate>> candidates;
+  diagnosis::Candidates candidates;
   for (const graph::PluginFile& file : catalogue.files())
     if (file.kind == "effect" && file.name != without)
       candidates.push_back(std::make_unique<diagnosis::Candidate>(catalogue.load(file)));

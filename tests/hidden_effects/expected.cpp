@@ -62,8 +62,7 @@ std::vector<Names> all_pairs(std::uint64_t seed) {
 }
 
 /// Hidden effects with their true values; nullopt if one has a map.
-std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects,
-                                          const std::vector<std::unique_ptr<Candidate>>& candidates) {
+std::optional<std::vector<Term>> terms_of(const hidden::Effects& effects, const Candidates& candidates) {
   std::vector<Term> terms;
   for (const auto& [name, values] : effects.all()) {
     const auto found = std::ranges::find(candidates, name, [](const auto& candidate) { return candidate->name(); });
@@ -87,8 +86,7 @@ struct Result {
   double behind = NAN;  ///< deviance of the selected set minus that of the hidden pair
 };
 
-Result select(const Problem& problem, const hidden::Effects& effects,
-              const std::vector<std::unique_ptr<Candidate>>& candidates) {
+Result select(const Problem& problem, const hidden::Effects& effects, const Candidates& candidates) {
   const SearchOptions options;
   const std::vector<Term> none;
   Selection selection(problem, none, candidates, options, {});
@@ -121,8 +119,7 @@ Result select(const Problem& problem, const hidden::Effects& effects,
   return result;
 }
 
-Result try_pair(const Asked& asked, const Names& pair, std::uint64_t seed,
-                const std::vector<std::unique_ptr<Candidate>>& candidates) {
+Result try_pair(const Asked& asked, const Names& pair, std::uint64_t seed, const Candidates& candidates) {
   hidden::CampaignOptions options;
   options.design = asked.design;
   for (const std::string& name : pair) options.effects.add_typical(name, asked.size, seed);

@@ -96,7 +96,7 @@ class Rail : public testing::Test {
   std::vector<io::Condition> conditions;
   std::unique_ptr<Design> design;
   std::vector<Observations> blank;
-  std::vector<std::unique_ptr<Candidate>> candidates;
+  Candidates candidates;
 };
 
 }  // namespace tofgraph::diagnosis

@@ -47,6 +47,10 @@ template <class T> std::vector<T> picked(const std::vector<T>& all, std::span<co
   return some;
 }
 
+template <class Range, class T> bool contains(const Range& range, const T& value) {
+  return std::ranges::find(range, value) != std::ranges::end(range);
+}
+
 /// Conditions with their ideal signals. Immutable; may be used from several threads.
 class Design {
  public:

@@ -57,7 +57,7 @@ std::vector<double> FreeParameter::multiples(std::span<const double> factors) co
   std::vector<double> values;
   for (const double factor : factors) {
     const double value = std::clamp(factor * typical, minimum, maximum);
-    if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+    if (!contains(values, value)) values.push_back(value);
   }
   return values;
 }
@@ -122,7 +122,7 @@ void Candidate::find_free() {
   for (std::uint64_t i = 0; i < descriptor_->parameter_count; ++i) {
     const tofgraph_parameter& p = descriptor_->parameters[i];
     const bool nested = (p.flags & TOFGRAPH_PARAMETER_NESTED) != 0;
-    if (std::ranges::find(held_, i) != held_.end()) continue;
+    if (contains(held_, i)) continue;
     if (p.kind == TOFGRAPH_KIND_NUMBER && std::isfinite(p.typical) && !nested) free_.push_back(parameter(i));
   }
   // Without an amplitude parameter there is nothing to search: nonlinear ones alone change nothing.
@@ -240,11 +240,10 @@ std::string Candidate::yaml(std::span<const double> free_values, const Estimated
 
 bool lists_as_confusable(const Candidate& one, const Candidate& other) {
   const std::vector<std::string> names = graph::split_words(one.border().confused_with);
-  return std::ranges::find(names, other.name()) != names.end();
+  return contains(names, other.name());
 }
 
-std::vector<std::string> confused_with(const Candidate& one,
-                                       const std::vector<std::unique_ptr<Candidate>>& candidates) {
+std::vector<std::string> confused_with(const Candidate& one, const Candidates& candidates) {
   std::vector<std::string> names = graph::split_words(one.border().confused_with);
   for (const auto& other : candidates) {
     if (lists_as_confusable(*other, one)) names.push_back(other->name());

@@ -152,10 +152,12 @@ class Candidate {
   std::vector<MapParameter> maps_;
 };
 
+using Candidates = std::vector<std::unique_ptr<Candidate>>;
+
 /// True if the author of an effect lists another one as confused with it.
 bool lists_as_confusable(const Candidate& one, const Candidate& other);
 /// Names of the effects listed as confused with one, by its author or by theirs.
-std::vector<std::string> confused_with(const Candidate& one, const std::vector<std::unique_ptr<Candidate>>& candidates);
+std::vector<std::string> confused_with(const Candidate& one, const Candidates& candidates);
 
 /// An effect in a model, with the values of its free parameters.
 struct Term {

@@ -212,7 +212,7 @@ double deviance_of(const Problem& problem, const State& state) {
 bool drift_shows(const Problem& problem, const State& state, double RandomEffectSd::*drift,
                  double RandomEffectSd::*scatter) {
   const auto& used = problem.nuisances.sd;
-  if (std::ranges::find(used, drift) == used.end()) return false;
+  if (!contains(used, drift)) return false;
   State still = state;
   RandomEffectSd& sd = still.random_sd;
   sd.*scatter = std::hypot(sd.*scatter, drift_of(problem.design, std::exchange(sd.*drift, settings.min_sd)));

@@ -53,9 +53,7 @@ std::optional<MeasuredContrast> contrast_of(const Problem& problem, const State&
 /// the brighter half of the conditions, where ambient light matters least.
 bool shows_another_contrast(const Design& design, const std::vector<Observations>& data);
 
-inline bool has_contrast(const Nuisances& nuisances) {
-  return std::ranges::find(nuisances.sd, &RandomEffectSd::contrast) != nuisances.sd.end();
-}
+inline bool has_contrast(const Nuisances& nuisances) { return contains(nuisances.sd, &RandomEffectSd::contrast); }
 
 /// ln of the profile's contrast over the estimated one, for a problem that has it as an unknown.
 double log_lower_contrast(const Problem& problem, const State& state);

@@ -109,7 +109,7 @@ struct Diagnosis {
   std::vector<std::string> campaign_notes;  ///< notes in the campaign itself
   simulation::Model model;
   std::unique_ptr<GivenModel> given;
-  std::vector<std::unique_ptr<Candidate>> candidates;  ///< effects that may be added
+  Candidates candidates;  ///< effects that may be added
 
   std::vector<std::string> notes_on(NoteOn section) const;
   /// Number of conditions, searched and not.

@@ -131,7 +131,7 @@ void add_tried(report::Page& page, const SearchResult& search) {
   std::vector<Row> rows;
   for (const EffectFinding& tried : search.dropped) {
     Row row = {tried.name, tried.refutation};
-    if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));  // may have been tried repeatedly
+    if (!contains(rows, row)) rows.push_back(std::move(row));  // may have been tried repeatedly
   }
   if (rows.empty()) return;
   page.folded_table("Effects that were tried and are not named", Row{"effect", "why not"}, rows);

@@ -164,9 +164,7 @@ std::vector<std::string> notes_on_nuisances(const Problem& problem, const Search
   const RandomEffectSd& sd = search.after.state.random_sd;
   std::vector<std::string> notes;
   const Design& design = problem.design;
-  const auto uses = [&](double RandomEffectSd::*which) {
-    return std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end();
-  };
+  const auto uses = [&](double RandomEffectSd::*which) { return contains(problem.nuisances.sd, which); };
   if (const double drift = drift_of(design, sd.drift), drift_light = drift_of(design, sd.drift_light);
       uses(&RandomEffectSd::drift) && (drift > settings.noted_drift || drift_light > settings.noted_drift_light) &&
       (drift_shows(problem, search.after.state, &RandomEffectSd::drift, &RandomEffectSd::jitter) ||

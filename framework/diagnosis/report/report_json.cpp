@@ -213,8 +213,7 @@ json nuisances_json(const Diagnosis& d) {
        {std::tuple("drift", &RandomEffectSd::drift, "m"), std::tuple("drift_light", &RandomEffectSd::drift_light, ""),
         std::tuple("session", &RandomEffectSd::session, "m"),
         std::tuple("session_light", &RandomEffectSd::session_light, "")}) {
-    if (std::ranges::find(problem.nuisances.sd, which) != problem.nuisances.sd.end())
-      result[name] = {{"value", v.*which}, {"unit", unit}};
+    if (contains(problem.nuisances.sd, which)) result[name] = {{"value", v.*which}, {"unit", unit}};
   }
   if (d.contrast)
     result["contrast"] = {{"profile", d.contrast->profile},

@@ -239,8 +239,7 @@ State Alternative::placed(State state, std::span<const double> columns) const {
   return state;
 }
 
-Alternatives alternatives_of(const Problem& problem, const State& state,
-                             const std::vector<std::unique_ptr<Candidate>>& candidates,
+Alternatives alternatives_of(const Problem& problem, const State& state, const Candidates& candidates,
                              std::map<std::string, std::string>& refused) {
   Builder builder(problem, state);
   for (std::size_t c = 0; c < candidates.size(); ++c) {
@@ -277,7 +276,7 @@ Alternatives alternatives_missing_in(const Problem& problem, const State& state,
   std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {
     const Candidate& candidate = *some.list[a].candidate;
-    if (is_in(state, candidate) || std::ranges::find(but, &candidate.root()) != but.end()) continue;
+    if (is_in(state, candidate) || contains(but, &candidate.root())) continue;
     Choice choice = some.choices[a];
     for (Eigen::Index& column : choice.columns) {
       const auto [at, first] = moved.try_emplace(column, own + static_cast<Eigen::Index>(result.group.borrowed.size()));

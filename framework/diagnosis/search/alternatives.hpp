@@ -92,8 +92,7 @@ struct Alternatives {
 
 /// Alternatives of candidates that are not in a state; those with maps are omitted.
 /// @param state to which the changes are made @param refused names to skip, with reasons; failing ones are added
-Alternatives alternatives_of(const Problem& problem, const State& state,
-                             const std::vector<std::unique_ptr<Candidate>>& candidates,
+Alternatives alternatives_of(const Problem& problem, const State& state, const Candidates& candidates,
                              std::map<std::string, std::string>& refused);
 
 /// Refinements that the terms of a state lack, and those of `some` whose candidates the state lacks; the changes by the

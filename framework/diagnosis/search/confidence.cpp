@@ -47,9 +47,9 @@ constexpr int case_version = 1;
 
 }  // namespace
 
-Confidence confidence(const Problem& problem, const std::vector<Term>& model,
-                      const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
-                      std::size_t cases, SearchOptions options, const CaseDivision& division) {
+Confidence confidence(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                      const Audit& audit, const State& found, std::size_t cases, SearchOptions options,
+                      const CaseDivision& division) {
   std::vector<const Candidate*> truths = {nullptr};
   for (const Visibility& seen : audit.effects) {
     if (!seen.blind) truths.push_back(seen.candidate);
@@ -159,9 +159,8 @@ std::map<std::string, std::size_t> Stability::counts() const {
   return counts;
 }
 
-std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
-                                 const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
-                                 const SearchOptions& options) {
+std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                                 std::size_t halves, const SearchOptions& options) {
   std::vector<Fold> folds = single_levels(problem.design);
   for (Fold& half : random_halves(problem.design, halves, options.seed)) folds.push_back(std::move(half));
   const CrossFit all = cross_fit(folds, problem.design, problem.data, model, candidates, options);

@@ -42,9 +42,9 @@ struct CaseDivision {
 /// estimated noise, jitter and light, and searches. Cases of other shards that cannot be loaded are left out; those of
 /// this shard are divided among the ranks and counted in the order of their numbers.
 /// @param found state whose reflectivities and variances are used; its effects beyond the model are not injected
-Confidence confidence(const Problem& problem, const std::vector<Term>& model,
-                      const std::vector<std::unique_ptr<Candidate>>& candidates, const Audit& audit, const State& found,
-                      std::size_t cases, SearchOptions options, const CaseDivision& division);
+Confidence confidence(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                      const Audit& audit, const State& found, std::size_t cases, SearchOptions options,
+                      const CaseDivision& division);
 
 // ---- Campaigns with known truth ----
 
@@ -76,9 +76,8 @@ struct Stability {
 /// (Meinshausen and Buehlmann, Stability selection, 2010: halves drawn without replacement vary like bootstrap samples,
 /// and no condition occurs twice). Levels that cannot be held out are skipped.
 /// @param halves number of random halves
-std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model,
-                                 const std::vector<std::unique_ptr<Candidate>>& candidates, std::size_t halves,
-                                 const SearchOptions& options);
+std::vector<Stability> stability(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                                 std::size_t halves, const SearchOptions& options);
 
 // ---- Outcomes of injected cases in files, one file per case, so that several runs can share the search ----
 

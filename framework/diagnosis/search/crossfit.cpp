@@ -31,8 +31,7 @@ std::optional<double> fitted_contrast(const Problem& problem, const State& state
 }
 
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
-                     const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
-                     const SearchOptions& options) {
+                     const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options) {
   FoldResult result{.fold = fold};
   const FoldProblem training(design, data, left_by(fold, design.size()), &options.deadline);
   FoldProblem held(design, data, fold.held, training.problem);
@@ -106,9 +105,8 @@ Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t 
 }  // namespace
 
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
-                   const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
-                   const SearchOptions& options, std::span<const std::vector<std::string>> asked,
-                   std::vector<FoldResult> known) {
+                   const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                   std::span<const std::vector<std::string>> asked, std::vector<FoldResult> known) {
   // Each fold has its own columns, up to some 500 MB. The first batches are smaller, because few folds may decide.
   // Batches are the same on any machine, because the decision after each depends on them.
   CrossFit result;
@@ -176,7 +174,7 @@ CrossFit predict_unsearched(const Problem& searched, const Design& whole, const 
 }
 
 bool FoldResult::chose(const std::vector<std::string>& names) const {
-  return std::ranges::any_of(chosen, [&](const auto& name) { return std::ranges::find(names, name) != names.end(); });
+  return std::ranges::any_of(chosen, [&](const auto& name) { return contains(names, name); });
 }
 
 HeldOutGap FoldResult::gap() const {
@@ -217,8 +215,7 @@ CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint
 CrossFit::GapOfNames CrossFit::gap_with_only(std::span<const std::string> names) const {
   const auto pure = [&](const FoldResult& fold) {
     return fold.failed.empty() && !fold.chosen.empty() &&
-           std::ranges::all_of(fold.chosen,
-                               [&](const std::string& name) { return std::ranges::find(names, name) != names.end(); });
+           std::ranges::all_of(fold.chosen, [&](const std::string& name) { return contains(names, name); });
   };
   const auto chose_any = [](const FoldResult& fold) { return !fold.chosen.empty(); };
   const bool most =
@@ -238,8 +235,7 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
   std::vector<double> taken_out_of_each, with_of_each;
   // If a fold chose two similar effects, removing one of them does not show what both contribute.
   const auto single = [&](const FoldResult& fold) {
-    return std::ranges::count_if(fold.chosen,
-                                 [&](const auto& one) { return std::ranges::find(names, one) != names.end(); }) == 1;
+    return std::ranges::count_if(fold.chosen, [&](const auto& one) { return contains(names, one); }) == 1;
   };
   const bool any = std::ranges::any_of(cross_fit.folds, single);
   for (const FoldResult& fold : cross_fit.folds) {

@@ -194,9 +194,8 @@ struct CrossFit {
 /// folds did without it or predicted worse with it, the remaining folds are skipped
 /// @param known results of the first folds for the same data, model, candidates and options; not searched again
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
-                   const std::vector<Term>& model, const std::vector<std::unique_ptr<Candidate>>& candidates,
-                   const SearchOptions& options, std::span<const std::vector<std::string>> asked = {},
-                   std::vector<FoldResult> known = {});
+                   const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                   std::span<const std::vector<std::string>> asked = {}, std::vector<FoldResult> known = {});
 
 /// Predictions of conditions that were neither searched nor held out by a fold, as one fold; empty if the model
 /// fails, or if the deadline passes first.

@@ -11,9 +11,8 @@
 
 namespace tofgraph::diagnosis {
 
-Findings::Findings(const Problem& problem, const std::vector<Term>& model,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-                   const std::map<std::string, std::string>& refused)
+Findings::Findings(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                   const SearchOptions& options, const std::map<std::string, std::string>& refused)
     : selection(problem, model, candidates, options, refused),
       finder(selection.problem()),
       trials(selection.problem(), candidates),
@@ -92,7 +91,7 @@ void Findings::compare(std::size_t term) {
   finding.where = patterns_of(selection.without({term, std::nullopt}));
   finding.rivals = rivals_.of(finding, term);
   for (const Replaced& replaced : replaced_) {
-    if (!stays_replaced(replaced) || std::ranges::find(replaced.by, finding.name) == replaced.by.end()) continue;
+    if (!stays_replaced(replaced) || !contains(replaced.by, finding.name)) continue;
     const Candidate* const other = &replaced.finding.candidate->root();
     std::erase_if(finding.rivals, [&](const Rival& rival) { return rival.candidate == other; });
     finding.rivals.insert(

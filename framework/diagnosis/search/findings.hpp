@@ -15,9 +15,8 @@ namespace tofgraph::diagnosis {
 /// Findings and tools shared by all tests of a search.
 class Findings {
  public:
-  Findings(const Problem& problem, const std::vector<Term>& model,
-           const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-           const std::map<std::string, std::string>& refused);
+  Findings(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+           const SearchOptions& options, const std::map<std::string, std::string>& refused);
 
   Selection selection;
   PatternFinder finder;

@@ -178,8 +178,7 @@ void GivenModel::hold(std::size_t term, const FreeParameter& parameter, const st
   terms_[term] = {&now, now.start()};
 }
 
-bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
-                                     const std::vector<std::unique_ptr<Candidate>>& candidates) {
+bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state, const Candidates& candidates) {
   const auto rows = expected(problem, state);
   const std::vector<Column> own = jacobian(problem, state, rows);
   if (own.empty()) return false;
@@ -204,7 +203,7 @@ bool GivenModel::hold_beside_simpler(const Problem& problem, const State& state,
   return false;
 }
 
-void GivenModel::hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates) {
+void GivenModel::hold_undetermined(const Problem& problem, const Candidates& candidates) {
   if (terms_.empty()) return;
   State first = first_state(problem, terms_);
   update_precomputed(problem, first);

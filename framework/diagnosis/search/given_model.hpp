@@ -54,7 +54,7 @@ class GivenModel {
   /// Holds parameters that the data do not determine in the given model alone, or with one simpler effect that it
   /// lacks: a warm-up drift of a camera that was always warm must not replace a constant.
   /// @param candidates effects that may be added @throws simulation::EffectError
-  void hold_undetermined(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates);
+  void hold_undetermined(const Problem& problem, const Candidates& candidates);
   /// Holds parameters that the data do not determine in a model whose first terms are these, one after the other.
   /// @returns the model refitted with these held; nullopt if all are determined
   /// @throws simulation::EffectError, TimeExpired; nothing is held then
@@ -70,12 +70,11 @@ class GivenModel {
 
   std::optional<ModelFit> hold_one_after_the_other(const Problem& problem, ModelFit fit);
   void hold(std::size_t term, const FreeParameter& parameter, const std::string& why);
-  bool hold_beside_simpler(const Problem& problem, const State& state,
-                           const std::vector<std::unique_ptr<Candidate>>& candidates);
+  bool hold_beside_simpler(const Problem& problem, const State& state, const Candidates& candidates);
 
   const std::vector<simulation::ModelEffect>& effects_;
   std::uint64_t seed_;
-  std::vector<std::unique_ptr<Candidate>> candidates_;  ///< replaced ones are kept: states of a search point to them
+  Candidates candidates_;  ///< replaced ones are kept: states of a search point to them
   std::vector<Term> terms_;
   std::vector<Held> held_;
 };

@@ -143,7 +143,7 @@ Response chosen_maps(const Problem& problem, const ModelFit& base, const Respons
   for (;;) {
     std::optional<std::size_t> best;
     for (std::size_t m = 0; m < all.parameters.size(); ++m) {
-      if (std::ranges::find(chosen, m) != chosen.end()) continue;
+      if (contains(chosen, m)) continue;
       std::vector<std::size_t> more = chosen;
       more.push_back(m);
       const Score now = score_of(problem, base, subset(all, more).group);
@@ -272,8 +272,7 @@ bool maps_follow(const State& state) {
   return std::ranges::count_if(state.terms, [](const Term& t) { return t.maps != nullptr; }) == 1;
 }
 
-std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
-                                  const std::vector<std::unique_ptr<Candidate>>& candidates,
+std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base, const Candidates& candidates,
                                   std::map<std::string, std::string>& refused, std::uint64_t seed) {
   std::optional<MapTrial> best;
   if (problem.design.superpixels() < 2) return best;

@@ -23,8 +23,7 @@ struct MapTrial : Trial {
 
 /// Best candidate with maps, fitted; nullopt if there is none or none is worth its parameters.
 /// @param refused names to skip, with reasons; failing ones are added @param seed of the sign flips
-std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base,
-                                  const std::vector<std::unique_ptr<Candidate>>& candidates,
+std::optional<MapTrial> best_maps(const Problem& problem, const ModelFit& base, const Candidates& candidates,
                                   std::map<std::string, std::string>& refused, std::uint64_t seed);
 
 /// Model with an effect whose first map is estimated, regardless of BIC. @throws simulation::EffectError
@@ -79,6 +78,6 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
 /// that the author of a map in the model lists as confused with it, and that the data do not determine to within its
 /// typical value when fitted with the map. @param candidates effects that the model may lack
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& fit,
-                                               const std::vector<std::unique_ptr<Candidate>>& candidates);
+                                               const Candidates& candidates);
 
 }  // namespace tofgraph::diagnosis

@@ -252,7 +252,7 @@ std::vector<PixelMap> pixel_maps(const Measurements& measurements, const Problem
 }
 
 std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const ModelFit& given,
-                                               const std::vector<std::unique_ptr<Candidate>>& candidates) {
+                                               const Candidates& candidates) {
   std::vector<std::string> notes;
   const ModelFit fit = with_jacobian(problem, given);
   const Probes probes = probes_of(problem, fit.state, candidates, NonlinearRange::usual);
@@ -261,7 +261,7 @@ std::vector<std::string> notes_on_pattern_ties(const Problem& problem, const Mod
     const std::vector<std::string> alike = confused_with(*term.candidate, candidates);
     for (std::size_t p = 0; p < probes.list.size(); ++p) {
       const Candidate& other = *probes.list[p].candidate;
-      if (other.border().scope != TOFGRAPH_SCOPE_SETUP || std::ranges::find(alike, other.name()) == alike.end() ||
+      if (other.border().scope != TOFGRAPH_SCOPE_SETUP || !contains(alike, other.name()) ||
           !is_left_open(problem, fit, probes.groups[p]))
         continue;
       notes.push_back(fmt::format(

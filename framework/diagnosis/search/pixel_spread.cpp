@@ -123,7 +123,7 @@ class SpreadFit {
   SpreadFit(std::span<const SpreadRow> rows, Laws laws, const SpreadNoise& noise)
       : rows_(rows), laws_(std::move(laws)), noise_(noise) {
     for (const SpreadRow& row : rows) {
-      if (std::ranges::find(targets_, row.target) == targets_.end()) targets_.push_back(row.target);
+      if (!contains(targets_, row.target)) targets_.push_back(row.target);
     }
     const bool by_light = std::ranges::any_of(laws_, [](SpreadLaw law) { return law >= SpreadLaw::inside; });
     const auto lights = by_light ? targets_.size() - 1 : 0;

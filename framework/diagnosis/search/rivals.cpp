@@ -36,8 +36,7 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
 
 /// A model with a rival, at its values in another fit, in the place of these effects.
 State exchanged(State model, std::span<const std::string> effects, const State& fit, const Candidate& rival) {
-  std::erase_if(model.terms,
-                [&](const Term& term) { return std::ranges::find(effects, term.candidate->name()) != effects.end(); });
+  std::erase_if(model.terms, [&](const Term& term) { return contains(effects, term.candidate->name()); });
   model.terms.push_back(fit.terms[term_of(fit, rival)]);
   return model;
 }
@@ -118,7 +117,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   // A map of the pixels is equal in all conditions, like some effects of the setup: a tilt, at a single distance.
   const bool of_set_up = found.candidate->border().scope == TOFGRAPH_SCOPE_SETUP && problem_.design.superpixels() > 1;
   for (const auto& candidate : candidates_) {
-    const bool asked = of_set_up && std::ranges::find(alike, candidate->name()) != alike.end();
+    const bool asked = of_set_up && contains(alike, candidate->name());
     if (!asked || candidate->maps().empty() || is_in(less.state, *candidate)) continue;
     try {
       compare(*candidate, fit_with_map_of(problem_, less.state, *candidate));
@@ -127,7 +126,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   }
   // Effects listed as confused may be so only in another form, or together with other maps.
   for (const auto& candidate : candidates_) {
-    if (std::ranges::find(alike, candidate->name()) == alike.end() || is_in(less.state, *candidate)) continue;
+    if (!contains(alike, candidate->name()) || is_in(less.state, *candidate)) continue;
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
@@ -142,9 +141,7 @@ std::vector<Rival> Rivals::among(const std::vector<std::string>& names, const Ef
   const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
   std::vector<Rival> rivals;
   for (const auto& candidate : candidates_) {
-    const auto is_in_list = [&](const std::vector<std::string>& list) {
-      return std::ranges::find(list, candidate->name()) != list.end();
-    };
+    const auto is_in_list = [&](const std::vector<std::string>& list) { return contains(list, candidate->name()); };
     if (!is_in_list(alike) || !is_in_list(names) || is_in(less.state, *candidate)) continue;
     for (ModelFit& fit : selection_.forms_of(less, *candidate))
       if (std::optional<Rival> rival = compared(less, *candidate, {found.name}, std::move(fit)))
@@ -211,8 +208,7 @@ void Rivals::add_of_several(std::vector<EffectFinding>& all, std::size_t first_t
     const std::vector<std::string> alike = confused_with(*candidate, candidates_);
     std::vector<std::size_t> terms;
     for (std::size_t f = 0; f < all.size(); ++f) {
-      if (std::ranges::find(alike, all[f].name) != alike.end() && !stands_for_several(all[f]))
-        terms.push_back(first_term + f);
+      if (contains(alike, all[f].name) && !stands_for_several(all[f])) terms.push_back(first_term + f);
     }
     if (terms.size() < 2) continue;
     std::optional<Rival> rival;  // a tied one, else one that explains as much

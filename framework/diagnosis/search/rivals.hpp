@@ -51,8 +51,7 @@ bool differ_only_by(const State& one, std::span<const std::string> effects, cons
 class Rivals {
  public:
   /// @param selection this and the other arguments must outlive this object
-  Rivals(Selection& selection, const Trials& trials, const std::vector<std::unique_ptr<Candidate>>& candidates,
-         std::uint64_t seed)
+  Rivals(Selection& selection, const Trials& trials, const Candidates& candidates, std::uint64_t seed)
       : selection_(selection), problem_(selection.problem()), trials_(trials), candidates_(candidates), seed_(seed) {}
 
   /// Rivals of a term that was found, best first.
@@ -73,7 +72,7 @@ class Rivals {
   Selection& selection_;
   const Problem& problem_;
   const Trials& trials_;
-  const std::vector<std::unique_ptr<Candidate>>& candidates_;
+  const Candidates& candidates_;
   std::uint64_t seed_;
 };
 

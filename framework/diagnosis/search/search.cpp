@@ -15,9 +15,8 @@ namespace {
 /// The whole method: run() lists its steps in order.
 class Search {
  public:
-  Search(const Problem& problem, const std::vector<Term>& model,
-         const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-         const std::map<std::string, std::string>& refused)
+  Search(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+         const SearchOptions& options, const std::map<std::string, std::string>& refused)
       : findings_(problem, model, candidates, options, refused) {}
 
   SearchResult run() {
@@ -227,8 +226,8 @@ class Search {
 
 }  // namespace
 
-SearchResult search(const Problem& problem, const std::vector<Term>& model,
-                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options) {
+SearchResult search(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                    const SearchOptions& options) {
   // If a candidate fails where every fit needs it, it is left out and the search starts again.
   std::map<std::string, std::string> refused;
   for (;;) {

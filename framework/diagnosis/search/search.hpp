@@ -77,7 +77,7 @@ struct SearchResult {
 
 /// @param model terms of the given model; these are refitted
 /// @param candidates effects that may be added; those of the model are not added twice
-SearchResult search(const Problem& problem, const std::vector<Term>& model,
-                    const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options);
+SearchResult search(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                    const SearchOptions& options);
 
 }  // namespace tofgraph::diagnosis

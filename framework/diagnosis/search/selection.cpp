@@ -38,9 +38,8 @@ std::vector<Eigen::Index> others_of(const State& state, const ModelTerm& additio
 
 }  // namespace
 
-Selection::Selection(const Problem& problem, const std::vector<Term>& model,
-                     const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-                     std::map<std::string, std::string> refused)
+Selection::Selection(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+                     const SearchOptions& options, std::map<std::string, std::string> refused)
     : deadline_(problem.deadline != nullptr ? *problem.deadline : Deadline()),
       task_{with_deadline(problem, deadline_), model, candidates, options, std::move(refused)} {}
 
@@ -155,7 +154,7 @@ bool Selection::try_accept(State state) {
     std::vector<const Candidate*>& barred = selected_.barred;
     if (!(*failing)->maps().empty())  // MapSearch knows only refused effects, so it stays out even after an undo
       task_.refused.emplace(error.effect, error.what());
-    else if (std::ranges::find(barred, failing->get()) == barred.end())
+    else if (!contains(barred, failing->get()))
       barred.push_back(failing->get());
     return false;
   }

@@ -70,7 +70,7 @@ struct SelectedModel {
 struct SelectionTask {
   const Problem problem;
   std::vector<Term> given_terms;  ///< of the given model; in the main search a copy of GivenModel::terms()
-  const std::vector<std::unique_ptr<Candidate>>& candidates;
+  const Candidates& candidates;
   const SearchOptions& options;
   std::map<std::string, std::string> refused;  ///< effects that are not tried, with reasons; never undone
   std::vector<Step> trace = {};
@@ -188,9 +188,8 @@ class Selection {
  public:
   /// @param model terms of the given model, which are refitted; all arguments must outlive this object
   /// @param refused effects that are not tried, with reasons
-  Selection(const Problem& problem, const std::vector<Term>& model,
-            const std::vector<std::unique_ptr<Candidate>>& candidates, const SearchOptions& options,
-            std::map<std::string, std::string> refused);
+  Selection(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates,
+            const SearchOptions& options, std::map<std::string, std::string> refused);
   Selection(const Selection&) = delete;
   Selection& operator=(const Selection&) = delete;
 

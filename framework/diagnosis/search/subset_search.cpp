@@ -220,7 +220,7 @@ std::vector<ModelFit> SubsetSearch::forms_of(const ModelFit& base, const Candida
   std::vector<ModelFit> fits;
   for (const Subset& form : forms) {
     const Candidate* const refined = all.list[form.choices.front()].candidate;
-    if (tried.size() == settings.max_forms || std::ranges::find(tried, refined) != tried.end()) continue;
+    if (tried.size() == settings.max_forms || contains(tried, refined)) continue;
     tried.push_back(refined);
     if (std::optional<ModelFit> fit = fitted(base, all, form, score.information)) fits.push_back(*std::move(fit));
   }
@@ -238,7 +238,7 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
     if (other && (!best || other->deviance < best->deviance)) best = std::move(other);
   };
   if (selected.about_drift_mean) keep_better(fitted(*selected.about_drift_mean, all, subset, information));
-  const auto is_in_set = [&](std::size_t c) { return std::ranges::find(subset.choices, c) != subset.choices.end(); };
+  const auto is_in_set = [&](std::size_t c) { return contains(subset.choices, c); };
   const ModelFit* nested = &from;
   std::span<const std::size_t> part;
   for (const FittedSet& one : tried) {
@@ -249,7 +249,7 @@ std::optional<ModelFit> SubsetSearch::fitted_beyond(const SelectedModel& selecte
   if (best && !is_worse()) return best;
   State start = nested->state;
   for (const std::size_t c : subset.choices) {
-    if (std::ranges::find(part, c) != part.end()) continue;
+    if (contains(part, c)) continue;
     const std::vector<double> off(all.choices[c].columns.size(), 0);
     start = all.list[c].placed(std::move(start), off);
   }

@@ -73,8 +73,7 @@ State Probe::placed(State state, std::span<const double> chosen) const {
   return state;
 }
 
-Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
-                 NonlinearRange range) {
+Probes probes_of(const Problem& problem, const State& state, const Candidates& candidates, NonlinearRange range) {
   Probes probes;
   const auto rows = expected(problem, state);
   for (const auto& candidate : candidates) {
@@ -151,7 +150,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   for (const std::size_t i : ranked) {
     const Probe& probe = *probes[i];
     const Score& score = scanned.scores[i];
-    const bool asked = std::ranges::find(always, probe.candidate->name()) != always.end();
+    const bool asked = contains(always, probe.candidate->name());
     const bool out = except != nullptr && &probe.candidate->root() == &except->root();
     if (out || (!asked && score.gain < promising * most)) continue;
     if (!asked && !tried.contains(probe.candidate) && tried.size() >= settings.max_fitted_candidates) continue;
@@ -171,8 +170,7 @@ std::vector<Trial> Trials::best(const ModelFit& base, const Candidate* except, d
   return result;
 }
 
-Audit audit(const Problem& problem, const std::vector<Term>& model,
-            const std::vector<std::unique_ptr<Candidate>>& candidates) {
+Audit audit(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates) {
   ModelFit fit;
   fit.state = {model, std::vector<double>(problem.targets.size(), 0), {}};
   if (std::isfinite(problem.nuisances.jitter)) fit.state.random_sd.jitter = problem.nuisances.jitter;

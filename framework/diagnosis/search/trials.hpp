@@ -34,7 +34,7 @@ struct Probes {
 };
 
 /// @param state to which the changes are made; candidates that it has are skipped
-Probes probes_of(const Problem& problem, const State& state, const std::vector<std::unique_ptr<Candidate>>& candidates,
+Probes probes_of(const Problem& problem, const State& state, const Candidates& candidates,
                  NonlinearRange range = NonlinearRange::any);
 
 /// Change of the rows by one step of a parameter, or if the effect fails there, by one in the opposite direction.
@@ -54,8 +54,7 @@ struct Trial {
 
 class Trials {
  public:
-  Trials(const Problem& problem, const std::vector<std::unique_ptr<Candidate>>& candidates)
-      : problem_(problem), candidates_(candidates) {}
+  Trials(const Problem& problem, const Candidates& candidates) : problem_(problem), candidates_(candidates) {}
 
   /// Probes the candidates; to be called first.
   /// @param state to which the changes are made @param refused candidates that are not tried, with reasons
@@ -77,7 +76,7 @@ class Trials {
   Trial fitted(const ModelFit& base, const Probe& probe, const Score& score) const;
 
   const Problem& problem_;
-  const std::vector<std::unique_ptr<Candidate>>& candidates_;
+  const Candidates& candidates_;
   Probes probes_;
 };
 
@@ -104,7 +103,6 @@ struct Audit {
 };
 
 /// @param model terms of the model; their candidates are skipped
-Audit audit(const Problem& problem, const std::vector<Term>& model,
-            const std::vector<std::unique_ptr<Candidate>>& candidates);
+Audit audit(const Problem& problem, const std::vector<Term>& model, const Candidates& candidates);
 
 }  // namespace tofgraph::diagnosis

@@ -153,8 +153,7 @@ void write_refinements(const File& file, const Problem& problem, const State& st
   }
 }
 
-void write_columns(const File& file, const Problem& problem, const State& state,
-                   const std::vector<std::unique_ptr<Candidate>>& candidates) {
+void write_columns(const File& file, const Problem& problem, const State& state, const Candidates& candidates) {
   const Probes probes = probes_of(problem, state, candidates);
   Names names;
   std::size_t start = 0;
@@ -174,7 +173,7 @@ void write_columns(const File& file, const Problem& problem, const State& state,
   file.write("names/step", names.steps, {n});
 }
 
-void write_alike(const File& file, const std::vector<std::unique_ptr<Candidate>>& candidates) {
+void write_alike(const File& file, const Candidates& candidates) {
   std::vector<std::string> pairs;
   for (const auto& a : candidates)
     for (const auto& b : candidates)
