@@ -275,7 +275,7 @@ class Run {
 
   void compute_gaps() {
     const CrossFit& folds = d_->search.cross_fit;
-    if (folds.empty() && !d_->search.time_expired && !d_->search.is_given)
+    if (folds.empty() && !d_->search.time_expired && d_->search.not_better.empty())
       note({"No setting has enough levels to hold some out: the gap is that of the fit itself."});
     for (const FoldResult& fold : folds.folds) {
       if (!fold.failed.empty())

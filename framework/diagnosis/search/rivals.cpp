@@ -34,13 +34,6 @@ std::vector<std::vector<std::size_t>> parts_of_set(const std::vector<std::size_t
   return parts;
 }
 
-/// A model with a rival, at its values in another fit, in the place of these effects.
-State exchanged(State model, std::span<const std::string> effects, const State& fit, const Candidate& rival) {
-  std::erase_if(model.terms, [&](const Term& term) { return contains(effects, term.candidate->name()); });
-  model.terms.push_back(fit.terms[term_of(fit, rival)]);
-  return model;
-}
-
 }  // namespace
 
 std::string Rival::separating_experiment(const Candidate& found) const {
@@ -74,6 +67,23 @@ bool differ_only_by(const State& one, std::span<const std::string> effects, cons
   return others(one, effects) == others(other, {&its, 1});
 }
 
+/// Fits of a candidate in the place of a term. Beside maps a fit that starts without the term may end far from the best
+/// model, though the candidate changes the data as the term does: others then start there.
+std::vector<ModelFit> Rivals::fits_in_place_of(std::size_t term, const ModelFit& less,
+                                               const Candidate& candidate) const {
+  std::vector<ModelFit> fits = selection_.forms_of(less, candidate);
+  const ModelFit& best = selection_.best();
+  const auto is_close = [&](const ModelFit& fit) {
+    return fit.deviance - best.deviance < settings.close_rival * (less.deviance - best.deviance);
+  };
+  if (!has_maps(less.state) || std::ranges::any_of(fits, is_close)) return fits;
+  ModelFit base{.state = removed(best.state, {term, std::nullopt})};
+  base.deviance = deviance_of(problem_, base.state);
+  for (ModelFit& fit : selection_.forms_of(with_jacobian(problem_, std::move(base)), candidate))
+    fits.push_back(std::move(fit));
+  return fits;
+}
+
 /// Rival from a fit; nullopt if it is not better than the model without the effects that it replaces.
 std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& candidate,
                                       std::vector<std::string> in_place_of, ModelFit fit) {
@@ -82,10 +92,7 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   const double behind = fit.deviance - best.deviance;
   if (behind > settings.tie_limit && behind < settings.close_rival * (less.deviance - best.deviance)) {
     try {
-      // Beside maps the fit of a rival may end far from the best model, though the two can hardly be distinguished.
-      State start = exchanged(best.state, in_place_of, fit.state, candidate);
-      if (!(deviance_of(problem_, start) < fit.deviance)) start = fit.state;
-      fit = selection_.fit_at_every_pixel(std::move(start));
+      fit = selection_.fit_at_every_pixel(fit.state);
       fit.state.precomputed = less.state.precomputed;  // equal in all models compared
     } catch (const simulation::EffectError&) {         // undefined in some pixel: the coarse fit is kept
     }
@@ -130,7 +137,7 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
-    for (ModelFit& fit : selection_.forms_of(less, *candidate)) compare(*candidate, std::move(fit));
+    for (ModelFit& fit : fits_in_place_of(term, less, *candidate)) compare(*candidate, std::move(fit));
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
   return rivals;
@@ -143,7 +150,7 @@ std::vector<Rival> Rivals::among(const std::vector<std::string>& names, const Ef
   for (const auto& candidate : candidates_) {
     const auto is_in_list = [&](const std::vector<std::string>& list) { return contains(list, candidate->name()); };
     if (!is_in_list(alike) || !is_in_list(names) || is_in(less.state, *candidate)) continue;
-    for (ModelFit& fit : selection_.forms_of(less, *candidate))
+    for (ModelFit& fit : fits_in_place_of(term, less, *candidate))
       if (std::optional<Rival> rival = compared(less, *candidate, {found.name}, std::move(fit)))
         put(rivals, *std::move(rival));
   }

@@ -115,6 +115,7 @@ class Search {
       const bool remains = !result_.not_better.empty() && !selection_.additions().empty();
       if (why.empty() && remains && !result_.verified.is_better()) why = result_.not_better;
       if (!why.empty()) keep_given(why);
+      if (!result_.not_better.empty() && selection_.additions().empty()) forget_refused();
     } catch (const TimeExpired&) {
       result_.time_expired = true;
       keep_given("the time limit left no time to compare it with the given one");
@@ -149,6 +150,12 @@ class Search {
     result_.refinements.clear();
   }
 
+  /// Forgets results of models that are not written.
+  void forget_refused() {
+    result_.cross_fit = {};
+    for (GapComparison* gaps : {&result_.verified.all, &result_.verified.held_out}) gaps->model = gaps->given;
+  }
+
   void keep_given(const std::string& why) {
     for (const ModelTerm& addition : selection_.additions()) {
       const Term& term = selection_.terms()[addition.term];
@@ -161,8 +168,7 @@ class Search {
     selection_.return_to_given();
     result_.not_better = why;
     result_.is_given = true;
-    result_.cross_fit = {};  // their models are not written
-    for (GapComparison* gaps : {&result_.verified.all, &result_.verified.held_out}) gaps->model = gaps->given;
+    forget_refused();
   }
 
   /// Compares the written effects with rivals, as far as the time limit allows.
