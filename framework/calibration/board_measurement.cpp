@@ -257,7 +257,7 @@ Board BoardModel::measure(const io::Condition& condition) const {
   const double in_distance = board.corrected.sd * slope / board.pixels;
   board.rmse = std::hypot(board.rmse, in_distance);
   const double independent = std::isfinite(m.count) ? std::min(m.count, board.pixels) : board.pixels;
-  board.depth_sd = std::isfinite(m.depth_sd) ? m.depth_sd / std::sqrt(std::max(independent, 1.0)) : 0;
+  board.depth_sd = m.depth_sd / std::sqrt(std::max(independent, 1.0));
   board.amplitude = m.amplitude;
   const double path = 2 * board.measured.mean;
   board.reflectivity = m.amplitude * path * path / (camera_.gain * condition.integration_time);

@@ -46,6 +46,7 @@ struct MeanImages {
   std::vector<std::size_t> pixels;
   std::vector<double> distance;   ///< m, half path
   std::vector<double> amplitude;  ///< counts; empty: unknown
+  std::vector<double> variance;   ///< m^2, of a pixel's distance in one frame; empty: one frame only
   double noise = unknown;         ///< m, standard deviation of a pixel's distance in one frame; NaN: one frame only
   std::size_t frames = 0;
   double saturated = 0;           ///< fraction of the window's pixels, which are excluded
@@ -74,7 +75,7 @@ struct Board {
   Moments offset_corrected;       ///< D_mes + O, (6.6)
   Moments final;                  ///< its depth
   double distance = 0;            ///< m, T: mean true depth of the window; for an untilted board its distance
-  double depth_sd = 0;            ///< m, of the mean z: from the spread of the pixels or the scatter of repetitions
+  double depth_sd = unknown;      ///< m, of the mean z: from the spread of the pixels or the scatter of repetitions
   double rmse = unknown;          ///< m, of offset-corrected against modelled distance, (6.7)
   double noise = unknown;         ///< m, of the distance in one frame
   double amplitude = unknown;     ///< counts, mean

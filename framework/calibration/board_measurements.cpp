@@ -157,6 +157,7 @@ class Reader {
       kept.pixels.push_back(images.pixels[i]);
       kept.distance.push_back(images.distance[i]);
       if (!images.amplitude.empty()) kept.amplitude.push_back(images.amplitude[i]);
+      if (!images.variance.empty()) kept.variance.push_back(images.variance[i]);
     }
     kept.left_out.wrapped = images.pixels.size() - kept.pixels.size();
     images = std::move(kept);
@@ -217,7 +218,8 @@ Board merged(const std::vector<Board>& same) {
   }
   for (double Board::*value : {&Board::rmse, &Board::noise, &Board::amplitude, &Board::reflectivity, &Board::saturated})
     result.*value = mean([&](const Board& b) { return b.*value; });
-  result.depth_sd = std::max(mean([](const Board& b) { return b.depth_sd; }), moments_of(depths).sd) /
+  // fmax: the scatter alone if the spread of the pixels is unknown.
+  result.depth_sd = std::fmax(mean([](const Board& b) { return b.depth_sd; }), moments_of(depths).sd) /
                     std::sqrt(static_cast<double>(same.size()));
   result.frames = 0;
   for (const Board& board : same) result.frames += board.frames;

@@ -75,11 +75,12 @@ class SeriesReader {
     result.centre_error = moments_of(centre).mean;
     result.noise = slope * board.noise;
     result.protocol = against_protocol(board, centre.size());
-    const double mean = moments_of(errors).mean;
+    const Moments error = moments_of(errors);
+    result.error_sd = error.sd;
     const std::scoped_lock lock(turn_);
     const std::size_t half = half_[index];
     for (std::size_t k = 0; k < errors.size(); ++k) {
-      pattern_.sum[half][images.pixels[k]] += errors[k] - mean;
+      pattern_.sum[half][images.pixels[k]] += errors[k] - error.mean;
       pattern_.count[half][images.pixels[k]] += 1;
     }
     data_.conditions.push_back(std::move(result));

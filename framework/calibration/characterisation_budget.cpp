@@ -76,7 +76,7 @@ void set_budget(Characterisation& data, double pattern_square) {
     target.push_back(static_cast<double>(data.campaign.boards.target_of(c.board)));
     sources.push_back(
         static_cast<double>(std::hash<std::string>{}(fmt::format("{}", fmt::join(c.board.condition.sources, " ")))));
-    const double sd = std::isfinite(c.board.corrected.sd) ? c.board.corrected.sd : 0;  // of a single pixel
+    const double sd = std::isfinite(c.error_sd) ? c.error_sd : 0;  // unknown for a single pixel
     noise_known = noise_known && std::isfinite(c.noise);
     const double own = std::isfinite(c.noise) ? c.noise : 0;
     const double shape = std::max(sd * sd - own * own / static_cast<double>(c.board.frames), 0.0);
@@ -117,6 +117,18 @@ class Simulated {
         pixels_(simulation::superpixels(camera, std::min<std::size_t>(side, camera.height),
                                         std::min<std::size_t>(side, camera.width))) {}
 
+  /// Numbers of the pixels of a window in each block, for which one depth is computed.
+  std::vector<double> weights(const std::vector<std::size_t>& window) const {
+    std::vector<double> result(pixels_.size());
+    for (const std::size_t i : window) {
+      const std::size_t column = i % camera_.width, row = i / camera_.width;
+      const std::size_t r = (2 * row + 1) * pixels_.rows / (2 * std::size_t{camera_.height});
+      const std::size_t c = (2 * column + 1) * pixels_.columns / (2 * std::size_t{camera_.width});
+      result[r * pixels_.columns + c] += 1;
+    }
+    return result;
+  }
+
   std::vector<double> depths(const io::Condition& c, double reflectivity) const {
     const simulation::Acquisition acquisition = simulation::acquisition_of(camera_, c);
     const simulation::BoardPose pose{c.board_distance, c.board_tilt_x, c.board_tilt_y, reflectivity, c.roll, 0};
@@ -141,16 +153,17 @@ class Simulated {
   simulation::Pixels pixels_;
 };
 
-/// Mean square of the difference modulo the range.
-double mean_square(const std::vector<double>& a, const std::vector<double>& b, double range) {
-  double square = 0, count = 0;
+/// Weighted mean square of the difference modulo the range.
+double mean_square(const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& weights,
+                   double range) {
+  double square = 0, sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double difference = std::remainder(a[i] - b[i], range);
     if (!std::isfinite(difference)) continue;
-    square += difference * difference;
-    count += 1;
+    square += weights[i] * difference * difference;
+    sum += weights[i];
   }
-  return square / std::max(count, 1.0);
+  return square / std::max(sum, 1.0);
 }
 
 }  // namespace
@@ -168,6 +181,7 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
   const Simulated all(camera, model.physical, effects);
   const double range = physics::unambiguous_range(camera.modulation_frequency);
+  const BoardModels models(camera, io::OffsetVariant::geometric, data.campaign.conditions.conditions);
   std::vector<BudgetLine> lines;
   for (std::size_t k = 0; k < effects.size(); ++k) {
     std::vector<simulation::EffectPtr> others = effects;
@@ -178,7 +192,8 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
       const Board& b = data.conditions[i].board;
       const double stated = b.condition.reflectivity, seen = b.reflectivity;
       const double reflectivity = stated > 0 ? stated : seen > 0 ? std::min(seen, 1.0) : 0.85;
-      squares[i] = mean_square(all.depths(b.condition, reflectivity), without.depths(b.condition, reflectivity), range);
+      squares[i] = mean_square(all.depths(b.condition, reflectivity), without.depths(b.condition, reflectivity),
+                               all.weights(models.of(b.condition).window(b.condition)), range);
     });
     double sum = 0;
     for (const double square : squares) sum += square / static_cast<double>(squares.size());

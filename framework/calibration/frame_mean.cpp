@@ -20,12 +20,6 @@ namespace {
 
 enum : std::uint8_t { good, no_number, saturated };
 
-/// Mean images, and the variance of each pixel's distance in one frame, m^2; meaningless for a single frame.
-struct PixelMeans {
-  MeanImages images;
-  std::vector<double> variance;
-};
-
 /// Sums over frames for each pixel of the window.
 class Sums {
  public:
@@ -89,18 +83,18 @@ class Sums {
   }
 
   /// @param decoded true: distances were added; false: samples
-  PixelMeans means(std::size_t frames, bool decoded, bool with_amplitude, UnusablePixels left_out) const {
-    PixelMeans result{.images = {.frames = frames}, .variance = {}};
+  MeanImages means(std::size_t frames, bool decoded, bool with_amplitude, UnusablePixels left_out) const {
+    MeanImages result{.frames = frames};
     const auto n = static_cast<double>(frames);
     for (std::size_t i = 0; i < window_.size(); ++i) {
       left_out.saturated += state_[i] == saturated ? 1 : 0;
       left_out.invalid += state_[i] == no_number ? 1 : 0;
       if (state_[i] != good) continue;
-      result.images.pixels.push_back(window_[i]);
+      result.pixels.push_back(window_[i]);
       if (decoded) {
-        result.images.distance.push_back(distance_[i] / n);
-        if (with_amplitude) result.images.amplitude.push_back(amplitude_[i] / n);
-        result.variance.push_back((square_[i] - distance_[i] * distance_[i] / n) / (n - 1));
+        result.distance.push_back(distance_[i] / n);
+        if (with_amplitude) result.amplitude.push_back(amplitude_[i] / n);
+        if (frames > 1) result.variance.push_back((square_[i] - distance_[i] * distance_[i] / n) / (n - 1));
         continue;
       }
       std::array<double, 4> c = samples_[i];
@@ -110,13 +104,13 @@ class Sums {
         sum /= n;
       }
       const physics::Decoded pixel = physics::decode(c);
-      result.images.distance.push_back(scale_ * pixel.phase);
-      result.images.amplitude.push_back(pixel.amplitude);
-      result.variance.push_back(std::pow(scale_ / pixel.amplitude, 2) * squares / (4 * (n - 1)) / 2);
+      result.distance.push_back(scale_ * pixel.phase);
+      result.amplitude.push_back(pixel.amplitude);
+      if (frames > 1) result.variance.push_back(std::pow(scale_ / pixel.amplitude, 2) * squares / (4 * (n - 1)) / 2);
     }
-    result.images.saturated =
+    result.saturated =
         static_cast<double>(left_out.saturated) / static_cast<double>(std::max<std::size_t>(window_.size(), 1));
-    result.images.left_out = left_out;
+    result.left_out = left_out;
     return result;
   }
 
@@ -150,17 +144,24 @@ void check_fits(const io::CaptureFacts& capture, const tofgraph_camera& camera) 
   if (!problem.empty()) throw std::runtime_error("cannot be used: a calibration " + problem);
 }
 
+/// @throws std::runtime_error if the frames were recorded at a modulation frequency unlike the camera's
+void check_frequency(const io::Recording& recording, io::Condition condition, const tofgraph_camera& camera) {
+  condition.integration_time = 0;  // distances do not depend on it: it may be unknown
+  io::complete(condition, io::facts_of(recording.reader(), condition), camera);
+}
+
 std::vector<std::size_t> without_bad(std::vector<std::size_t> window, const io::Camera& camera) {
   std::erase_if(window, [&](std::size_t pixel) { return camera.is_bad(pixel); });
   return window;
 }
 
-PixelMeans means_of(const io::Recording& recording, const io::Condition& condition,
+MeanImages means_of(const io::Recording& recording, const io::Condition& condition,
                     const std::vector<std::size_t>& wanted, const io::Camera& camera) {
   using Kind = io::Recording::Kind;
   const Kind kind = recording.kind();
   if (kind == Kind::images) throw std::runtime_error("has neither taps nor phases nor distance");
   const auto [first, last] = frames_of(recording, condition, camera.view());
+  check_frequency(recording, condition, camera.view());
   const std::vector<std::size_t> window = without_bad(wanted, camera);
   Sums sums(window, camera.view());
   for (std::size_t f = first; f <= last; ++f) {
@@ -172,20 +173,20 @@ PixelMeans means_of(const io::Recording& recording, const io::Condition& conditi
       sums.add_decoded(recording.floats("distance", f),
                        kind == Kind::decoded ? recording.floats("amplitude", f) : std::vector<float>{});
   }
-  PixelMeans means = sums.means(last - first + 1, kind == Kind::decoded || kind == Kind::distances,
+  MeanImages means = sums.means(last - first + 1, kind == Kind::decoded || kind == Kind::distances,
                                 kind == Kind::decoded, {.pixels = wanted.size(), .map = wanted.size() - window.size()});
-  means.images.shows_saturation = kind == Kind::taps;
+  means.shows_saturation = kind == Kind::taps;
   return means;
 }
 
-PixelMeans means_of(const io::Statistics& statistics, const std::vector<std::size_t>& wanted,
+MeanImages means_of(const io::Statistics& statistics, const std::vector<std::size_t>& wanted,
                     const io::Camera& camera) {
   const std::vector<std::size_t> window = without_bad(wanted, camera);
   Sums sums(window, camera.view());
   sums.take(statistics.sums);
-  PixelMeans means =
+  MeanImages means =
       sums.means(statistics.sums.frames, false, false, {.pixels = wanted.size(), .map = wanted.size() - window.size()});
-  means.images.shows_saturation = statistics.sums.kind == "taps";
+  means.shows_saturation = statistics.sums.kind == "taps";
   return means;
 }
 
@@ -200,34 +201,32 @@ template <class T> void keep_marked(std::vector<T>& values, const std::vector<st
 
 /// @param samples number of independent samples of a pixel per frame
 void leave_out_outliers(double samples, const std::vector<std::size_t>& window, const std::vector<double>& modelled,
-                        const tofgraph_camera& camera, PixelMeans& means) {
-  MeanImages& images = means.images;
+                        const tofgraph_camera& camera, MeanImages& images) {
   std::vector<double> residual;
   for (std::size_t i = 0, k = 0; i < images.pixels.size(); ++i, ++k) {  // the pixels are a subset of the window
     while (window[k] != images.pixels[i]) ++k;
     residual.push_back(images.distance[i] - modelled[k]);
   }
-  FlatTarget target{.pixels = images.pixels,
-                    .residual = residual,
-                    .amplitude = images.amplitude,
-                    .variance = {},
-                    .freedom = samples * static_cast<double>(images.frames - 1),
-                    .range = physics::unambiguous_range(camera.modulation_frequency),
-                    .columns = camera.width};
-  if (images.frames > 1) target.variance = means.variance;
+  const FlatTarget target{.pixels = images.pixels,
+                          .residual = residual,
+                          .amplitude = images.amplitude,
+                          .variance = images.variance,
+                          .freedom = samples * static_cast<double>(images.frames - 1),
+                          .range = physics::unambiguous_range(camera.modulation_frequency),
+                          .columns = camera.width};
   const std::vector<std::uint8_t> keep = keep_like_neighbours(target, images.left_out);
   keep_marked(images.pixels, keep);
   keep_marked(images.distance, keep);
   keep_marked(images.amplitude, keep);
-  keep_marked(means.variance, keep);
+  keep_marked(images.variance, keep);
 }
 
 /// Sets the noise of a distance in one frame, over all pixels.
-void set_frame_noise(PixelMeans& means) {
-  if (means.images.frames < 2 || means.variance.empty()) return;
+void set_frame_noise(MeanImages& images) {
+  if (images.variance.empty()) return;
   double sum = 0;
-  for (const double v : means.variance) sum += v;
-  means.images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(means.variance.size()));
+  for (const double v : images.variance) sum += v;
+  images.noise = std::sqrt(std::max(sum, 0.0) / static_cast<double>(images.variance.size()));
 }
 
 std::variant<io::Recording, io::Statistics> read(const io::Condition& condition, const io::Camera& camera) {
@@ -257,9 +256,9 @@ std::array<std::size_t, 2> frames_of(const io::Recording& recording, const io::C
 
 MeanImages mean_of(const io::Recording& recording, const io::Condition& condition,
                    const std::vector<std::size_t>& window, const io::Camera& camera) {
-  PixelMeans means = means_of(recording, condition, window, camera);
-  set_frame_noise(means);
-  return std::move(means.images);
+  MeanImages images = means_of(recording, condition, window, camera);
+  set_frame_noise(images);
+  return images;
 }
 
 BoardFrames::BoardFrames(const io::Condition& condition, const io::Camera& camera)
@@ -292,16 +291,16 @@ std::string BoardFrames::applied() const {
 MeanImages BoardFrames::mean(const std::vector<std::size_t>& window, const std::vector<double>& modelled) const {
   using Kind = io::Recording::Kind;
   double samples = 4;
-  PixelMeans means;
+  MeanImages images;
   if (const auto* recording = std::get_if<io::Recording>(&frames_)) {
     if (recording->kind() != Kind::taps && recording->kind() != Kind::phases) samples = 1;
-    means = means_of(*recording, condition_, window, camera_);
+    images = means_of(*recording, condition_, window, camera_);
   } else {
-    means = means_of(std::get<io::Statistics>(frames_), window, camera_);
+    images = means_of(std::get<io::Statistics>(frames_), window, camera_);
   }
-  leave_out_outliers(samples, window, modelled, camera_.view(), means);
-  set_frame_noise(means);
-  return std::move(means.images);
+  leave_out_outliers(samples, window, modelled, camera_.view(), images);
+  set_frame_noise(images);
+  return images;
 }
 
 }  // namespace tofgraph::calibration

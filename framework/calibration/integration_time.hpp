@@ -21,7 +21,7 @@ struct Place {
   const Board* best = nullptr;                   ///< usable one with the minimum RMSE; null: all are saturated
   double shortest = unknown, longest = unknown;  ///< s, usable times with nearly minimum RMSE
   double saturates = unknown;                    ///< s, above it the profile's full well is exceeded
-  double signal = unknown;  ///< s, above it one frame has the required accuracy, by the profile's noise
+  double signal = unknown;  ///< s, above it the profile's noise allows the accuracy in one frame; NaN: unknown, never
 };
 
 /// True if a board is usable. Data that do not show saturation are limited by the profile's full well.

@@ -37,14 +37,15 @@ void set_limits(Place& place, const tofgraph_camera& camera, double reflectivity
   if (camera.full_well > 0) place.saturates = camera.full_well / brightest;
   const physics::TapNoise noise{camera.read_noise, camera.shot_noise};
   if (!noise.known() || !(rate > 0) || !std::isfinite(accuracy)) return;
-  double low = 1e-9, high = 1e3;  // s
+  constexpr double longest = 1e3;  // s
+  double low = 1e-9, high = longest;
   for (int step = 0; step < 60; ++step) {
     const double t = std::sqrt(low * high);
     const double variance = noise.sample_variance(rate * t / (2 * camera.contrast));
     const bool quiet = physics::distance_sigma(variance, rate * t, camera.modulation_frequency) <= accuracy;
     (quiet ? high : low) = t;
   }
-  place.signal = high;
+  if (high < longest) place.signal = high;
 }
 
 std::vector<Place> places_of(const Campaign& campaign, double accuracy) {

@@ -104,10 +104,11 @@ void add_notes(const NoiseData& data, const NoiseFit& fit, std::vector<std::stri
     notes.emplace_back("the read noise is too small to be determined beside the shot noise: it is taken as 0");
 }
 
-/// Errors of sigma in held-out conditions. If they exceed 5 %, the calibration must predict the noise better than the
-/// profile does; below 5 % an equal prediction is acceptable, because the map of bad pixels is new.
+/// Relative errors of sigma in held-out conditions, where ratios above and below 1 do not cancel. If they exceed 5 %,
+/// the calibration must predict the noise better than the profile does; below 5 % an equal prediction is acceptable,
+/// because the map of bad pixels is new.
 std::optional<HeldOutErrors> judged(const NoiseFit& fit) {
-  const double before = std::abs(std::log(fit.by_profile)), after = std::abs(std::log(fit.held_out.value));
+  const double before = fit.error_by_profile, after = fit.error;
   if (!(after > 0.05) || !std::isfinite(before)) return std::nullopt;
   return HeldOutErrors{.left_out = fit.left_out == "condition" ? "each condition" : "each integration time",
                        .before = before,

@@ -108,7 +108,8 @@ struct NoiseFit {
   std::vector<SigmaRatio> conditions;           ///< each predicted without its level
   std::string left_out;                         ///< integration_time or condition
   Interval held_out;                            ///< measured over predicted, for held-out levels
-  double by_profile = unknown;                  ///< the same with the profile's noise; NaN: not stated
+  double error = unknown;                       ///< root mean square of ln(measured / predicted), for held-out levels
+  double error_by_profile = unknown;            ///< the same with the profile's noise; NaN: not stated
   std::vector<SigmaRatio> amplitudes;           ///< by amplitude, all conditions, each predicted without its level
   std::vector<double> bin_level, bin_variance, bin_model;  ///< for the plot: counts, counts^2
 };

@@ -186,7 +186,7 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
   const Line all = sum_of(lines);
   const double scale = physics::metres_per_radian(data.modulation_frequency);
   std::map<int, Sum> by_amplitude;
-  std::map<double, std::vector<double>> ratios, stated;
+  std::map<double, std::vector<double>> ratios, errors, stated;
   Eigen::Vector2d profile(unknown, unknown);
   if (campaign != nullptr) {
     const tofgraph_camera& camera = campaign->camera->view();
@@ -214,13 +214,15 @@ void predict(const NoiseData& data, const io::Campaign* campaign, const std::vec
         fit.conditions.push_back(
             sum.ratio(campaign != nullptr ? campaign->conditions[index].id : "", data.conditions[c].integration_time));
         ratios[level].push_back(fit.conditions.back().measured / fit.conditions.back().predicted);
-        stated[level].push_back(std::sqrt(by_profile.measured / by_profile.predicted));
+        errors[level].push_back(std::log(ratios[level].back()));
+        stated[level].push_back(std::log(by_profile.measured / by_profile.predicted) / 2);
       }
     }
   }
   for (const auto& [bin, sum] : by_amplitude) fit.amplitudes.push_back(sum.ratio("", unknown));
   fit.held_out = interval_of(ratios);
-  fit.by_profile = interval_of(stated).value;
+  fit.error = interval_of(errors).value;
+  fit.error_by_profile = interval_of(stated).value;
 }
 
 /// Mean variances in ranges of the level, for the plot.

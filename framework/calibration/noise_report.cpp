@@ -80,7 +80,7 @@ void add_reasons(report::Page& page, const NoiseFit& fit) {
 report::Page noise_report(const io::Campaign& campaign, const NoiseData& data, const NoiseFit& fit,
                           const std::string& verdict) {
   report::Page page("Noise");
-  const bool right = std::abs(fit.held_out.value - 1) < 0.05;
+  const bool right = fit.error < 0.05;
   page.verdict(verdict, !std::isfinite(fit.held_out.value) ? "plain" : right ? "good" : "warn");
   page.paragraph(fmt::format("Camera '{}'{}{}, {} conditions.", campaign.camera->view().name,
                              data.serial.empty() ? "" : ", serial ", data.serial, data.conditions.size()));

@@ -194,9 +194,9 @@ class PlaneReader {
       };
       if (!std::isfinite(distance)) continue;  // e.g. a pixel without light
       const double depth = depth_at(distance), slope = (depth_at(distance + 1e-3) - depth) / 1e-3;
-      const double noise = images.noise * slope;
+      const double variance = images.variance.empty() ? io::unknown : std::max(images.variance[i], 0.0) * slope * slope;
       read.pixels.push_back(
-          {pixel, depth - true_depth(condition, pixel), noise * noise, static_cast<double>(images.frames)});
+          {pixel, depth - true_depth(condition, pixel), variance, static_cast<double>(images.frames)});
     }
   }
 
@@ -210,16 +210,20 @@ DepthErrors errors_of(const std::vector<PixelError>& pixels) {
   DepthErrors errors{.pixels = pixels.size()};
   if (pixels.empty()) return errors;
   const auto n = static_cast<double>(pixels.size());
-  double sum = 0, squares = 0, noise = 0, of_mean = 0;
+  double sum = 0, squares = 0, noise = 0, of_mean = 0, known = 0;
   for (const PixelError& p : pixels) {
     sum += p.mean / n;
-    noise += p.variance / n;
-    of_mean += p.variance / p.frames / n;
+    if (!std::isfinite(p.variance)) continue;  // valid in a single frame
+    noise += p.variance;
+    of_mean += p.variance / p.frames;
+    known += 1;
   }
+  noise = known > 0 ? noise / known : io::unknown;
+  of_mean /= std::max(known, 1.0);
   for (const PixelError& p : pixels) squares += (p.mean - sum) * (p.mean - sum) / std::max(n - 1, 1.0);
   errors.bias = sum;
   errors.noise = std::sqrt(noise);
-  errors.flatness = std::sqrt(std::max(squares - (std::isfinite(of_mean) ? of_mean : 0), 0.0));
+  errors.flatness = std::sqrt(std::max(squares - of_mean, 0.0));
   errors.rms = std::sqrt(sum * sum + errors.flatness * errors.flatness + (std::isfinite(noise) ? noise : 0));
   return errors;
 }

@@ -73,7 +73,7 @@ std::vector<std::string> lines_of(const ResponseData& data, const ResponseFit& f
 void add_response_notes(const ResponseData& data, const ResponseFit& fit, std::vector<std::string>& notes) {
   const std::size_t pixels = data.rows * data.columns;
   if (fit.unknown_pixels > 0)
-    notes.push_back(fmt::format("{} of {} pixels were saturated, dark or seen too rarely: in the maps NaN",
+    notes.push_back(fmt::format("{} of {} pixels were bad, saturated, dark or seen too rarely: in the maps NaN",
                                 fit.unknown_pixels, pixels));
   if (fit.outlying_pixels > 0)
     notes.push_back(fmt::format("the contrast of {} of {} pixels differs strongly from that of the others",

@@ -14,7 +14,7 @@
 
 namespace tofgraph::calibration {
 
-/// Mean images of one condition; NaN: the pixel was saturated or invalid.
+/// Mean images of one condition; NaN: the pixel was saturated, invalid, or bad in the profile's map.
 struct ResponseCondition {
   std::size_t index = 0;              ///< index in the campaign
   double integration_time = unknown;  ///< s

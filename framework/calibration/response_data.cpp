@@ -29,13 +29,14 @@ bool has_channel(const io::Recording& recording, const char* name) {
 /// Sums over the frames of one condition, per pixel.
 class ResponseSums {
  public:
-  explicit ResponseSums(const tofgraph_camera& camera)
-      : pixels_(std::size_t{camera.width} * camera.height),
-        limit_(camera.full_well > 0 ? std::min(camera.full_well, 65535.0) : 65535.0),
+  explicit ResponseSums(const io::Camera& camera)
+      : pixels_(std::size_t{camera.view().width} * camera.view().height),
+        limit_(camera.view().full_well > 0 ? std::min(camera.view().full_well, 65535.0) : 65535.0),
         samples_(pixels_),
         amplitude_(pixels_),
-        intensity_(pixels_),
-        good_(pixels_, 1) {}
+        intensity_(pixels_) {
+    for (std::size_t i = 0; i < pixels_; ++i) good_.push_back(camera.is_bad(i) ? 0 : 1);
+  }
 
   void add(const io::Recording& recording, std::size_t frame) {
     using Kind = io::Recording::Kind;
@@ -127,8 +128,9 @@ std::vector<float> light_of(const io::Condition& c, const tofgraph_camera& camer
   return light;
 }
 
-ResponseRead read_response_condition(std::size_t index, const io::Condition& written, const tofgraph_camera& camera,
+ResponseRead read_response_condition(std::size_t index, const io::Condition& written, const io::Camera& profile,
                                      const BoardModel& model) {
+  const tofgraph_camera& camera = profile.view();
   ResponseRead result;
   io::Condition condition = written;
   result.left_out = other_use(condition);
@@ -143,7 +145,7 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
           "is unknown");
     complete(condition, recording.reader(), camera);
     const auto [first, last] = frames_of(recording, condition, camera);
-    ResponseSums sums(camera);
+    ResponseSums sums(profile);
     for (std::size_t f = first; f <= last; ++f) sums.add(recording, f);
     ResponseCondition read{.index = index, .integration_time = condition.integration_time};
     result.saturated = sums.write_means(last - first + 1, recording.kind() == Kind::decoded, read);
@@ -183,7 +185,7 @@ ResponseData read_response(const io::Campaign& campaign, const std::function<voi
   std::vector<ResponseRead> read(n);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
-    read[i] = read_response_condition(i, campaign.conditions[i], camera, model);
+    read[i] = read_response_condition(i, campaign.conditions[i], *campaign.camera, model);
     if (progress) progress(static_cast<double>(++done) / static_cast<double>(n));
   });
   config::Diagnostics diagnostics;

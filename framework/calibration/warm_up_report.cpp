@@ -175,14 +175,16 @@ class WarmUpReport {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
       Row row = {name(s)};
-      for (const double t : all)
-        row.push_back(fmt::format("{:.1f}", settled_after(drifts_[i], t, s.time(s.points.size() - 1)) / 60));
+      for (const double t : all) {
+        const double settled = settled_after(drifts_[i], t, s.time(s.points.size() - 1));
+        row.push_back(std::isfinite(settled) ? fmt::format("{:.1f}", settled / 60) : "-");
+      }
       rows.push_back(row);
     }
     page_.table(header, rows);
     page_.paragraph(
         "Time from which the fitted distance stays that close to its final value, which may be reached after the "
-        "recording.");
+        "recording; '-': the drift is not significant.");
   }
 
   void add_model(const WarmUpModel& m) {

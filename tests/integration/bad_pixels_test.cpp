@@ -197,6 +197,10 @@ TEST_F(BadPixels, AMapInTheProfileIsUsedByCalibrationsAndPipelines) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_NE((again.out + again.err).find("35 of 2304 pixels are bad: 35 dead, 35 listed before"), std::string::npos)
       << again.out << again.err;
+  ASSERT_EQ(run("calibrate response noise.yaml -o r.yaml --force").exit_code, 0);
+  const std::vector<double> contrast = raw_values<double>(folder.path() / "r.maps.h5", "contrast");
+  for (std::size_t i = 0; i < contrast.size(); ++i)
+    EXPECT_EQ(std::isnan(contrast[i]), camera.kind(i) != PixelKind::good) << i;
   // A raw frame gets its flags at the source; the decoder keeps them.
   write_text(folder.path() / "p.yaml",
              "pipeline: 1\ncamera: dirty.yaml\nnodes:\n  - {stage: capture_reader, file: noise0.h5}\n"

@@ -118,6 +118,20 @@ TEST_F(CalibrateLens, CapturesOfAnotherCameraAreRefused) {
   EXPECT_NE(outcome.err.find("camera: camcube2"), std::string::npos) << outcome.err;
 }
 
+TEST_F(CalibrateLens, CapturesOfAnotherFrequencyAreRefused) {
+  write_text(path() / "out/faster.yaml",
+             std::regex_replace(read_text(fs::path(TOFGRAPH_SOURCE_DIR) / "devices/profiles/camcube2.yaml"),
+                                std::regex("modulation_frequency: 20 MHz"), "modulation_frequency: 30 MHz"));
+  write_text(path() / "out/fast.yaml",
+             "campaign: 1\ncamera: ./faster.yaml\npattern: {type: chessboard, columns: 8, rows: 6, square: 30 mm}\n"
+             "conditions:\n  - {id: v, capture: views/captures/" +
+                 captures().front() + "}\n");
+  const Outcome outcome = run("tofgraph calibrate intrinsics out/fast.yaml -o out/fast_lens.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("was recorded at 20 MHz, the camera 'camcube2' works at 30 MHz"), std::string::npos)
+      << outcome.err;
+}
+
 TEST_F(CalibrateLens, TheSameViewTwiceIsNamedAndUsedOnce) {
   std::vector<std::string> list = captures();
   list.resize(8);

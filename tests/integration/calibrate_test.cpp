@@ -100,6 +100,20 @@ TEST_F(Calibrate, RepeatedConditionsAreMergedWithANote) {
   EXPECT_NE(text.find("507.76"), std::string::npos) << "the mean of 507.66 and 507.86 mm";
 }
 
+TEST_F(Calibrate, AnUnknownSpreadIsNotStated) {
+  write_text(folder.path() / "boards.csv",
+             "target,distance,time,depth\nwhite,500,1,507\nwhite,750,1,758\nwhite,1000,1,1005\nwhite,1250,1,1254\n"
+             "white,1500,1,1507\nwhite,1500,1,1509\n");
+  write_text(folder.path() / "boards.yaml",
+             "campaign: 1\ncamera: camcube2\ntable:\n  file: boards.csv\n"
+             "  distance: {column: distance, unit: mm}\n  integration_time: {column: time, unit: ms}\n"
+             "  target: {column: target}\n  measured_depth: {column: depth, unit: mm}\n");
+  const Outcome outcome = run("tofgraph calibrate offset boards.yaml -o out/a.yaml --force");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  io::CalibrationReader file(folder.path() / "out/a.yaml", "offset", "camcube2");
+  for (const double sd : file.column("depth", "m", 5, "").sd) EXPECT_TRUE(std::isnan(sd)) << sd;
+}
+
 /// A column of a calibration of integration times, SI.
 std::vector<double> column_of(const fs::path& file, const std::string& key, const char* unit) {
   io::CalibrationReader reader(file, "integration-time", "camcube2");
@@ -146,6 +160,24 @@ TEST_F(IntegrationTime, ARangeAndAnAccuracyNarrowTheAdvice) {
       << two.err;
   const Outcome none = run("tofgraph calibrate integration-time boards.yaml -o out/v.yaml --accuracy 3.5mm");
   EXPECT_NE(none.err.find("2 of 3 targets and distances do not reach 3.5 mm"), std::string::npos) << none.err;
+}
+
+TEST_F(IntegrationTime, WithoutAContrastNoTimeIsSaidToReachAnAccuracy) {
+  std::string profile = read_text(folder.path() / "devices/profiles/camcube2.yaml");
+  const std::string contrast = "contrast: 0.5\n";
+  ASSERT_NE(profile.find(contrast), std::string::npos);
+  write_text(folder.path() / "plain.yaml", profile.erase(profile.find(contrast), contrast.size()));
+  write_text(folder.path() / "boards.yaml",
+             "campaign: 1\ncamera: ./plain.yaml\ntable:\n  file: boards.csv\n"
+             "  distance: {column: distance, unit: mm}\n  integration_time: {column: time, unit: ms}\n"
+             "  reflectivity: {column: reflectivity}\n  measured_depth: {column: depth, unit: mm}\n"
+             "  measured_depth_sd: {column: sd, unit: mm}\n");
+  write_text(folder.path() / "boards.csv",
+             "reflectivity,distance,time,depth,sd\n0.85,500,1,500,3\n0.85,500,2,500,4\n0.85,1000,1,1000,6\n"
+             "0.85,1000,2,1000,4\n");
+  const Outcome outcome = run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml --accuracy 5mm");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(read_text(folder.path() / "out/t.html").find("1e+06"), std::string::npos);
 }
 
 // Best times that jump between 1 and 64 ms from board to board: predictions from the others are far off, and the median

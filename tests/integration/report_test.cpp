@@ -99,6 +99,29 @@ TEST_F(Report, PartsOfTheErrorAreToldApart) {
   EXPECT_NEAR(part("noise"), std::sqrt(noise), 1e-6);
 }
 
+TEST_F(Report, TheTiltOfABoardIsNoError) {
+  const nlohmann::json json = report(
+      "scene: 1\ncamera: camcube2\nframes: 2\nnoise: none\nobjects:\n  - {name: board, type: board, distance: 1 m, "
+      "tilt_y: 10 deg}\nsequence:\n  - {key: board.distance, values: [1000 mm, 1400 mm]}\n");
+  EXPECT_LT(json["error"]["rms"].get<double>(), 0.05e-3) << "the depths have a standard deviation of 30 mm";
+  for (const nlohmann::json& line : json["budget"]) EXPECT_LT(line["depth"].get<double>(), 0.05e-3) << line["name"];
+}
+
+TEST_F(Report, AModelsEffectsAreThoseOfTheMeasuredPixels) {
+  write_text(folder.path() / "model.yaml",
+             "model: 1\ncamera: camcube2\neffects:\n  - {effect: board_tilt, y: 1 deg}\n");
+  const std::string scene =
+      "scene: 1\ncamera: camcube2\nframes: 2\nROI\nobjects:\n  - {name: board, type: board, distance: 1 m}\n"
+      "sequence:\n  - {key: board.distance, values: [1000 mm, 1400 mm]}\n";
+  const auto tilt = [&](const std::string& roi) {
+    const nlohmann::json json = report(std::string(scene).replace(scene.find("ROI"), 3, roi), "--model model.yaml");
+    return json["effects"][0]["depth"].get<double>();
+  };
+  const double rms = std::tan(M_PI / 180) * 102 / 320 / std::sqrt(3) * std::sqrt((1 + 1.4 * 1.4) / 2);  // m
+  EXPECT_NEAR(tilt("subpixels: 1"), rms, 0.05 * rms) << "a focal length of 320 px, 102 px to the edge";
+  EXPECT_LT(tilt("roi: {columns: [92, 111], rows: [92, 111]}"), 0.15 * rms) << "10 px to the edge, in blocks of 8.5 px";
+}
+
 TEST_F(Report, AModelsEffectsAreToldInMillimetres) {
   write_text(folder.path() / "model.yaml",
              "model: 1\ncamera: camcube2\neffects:\n  - {effect: zero_offset, offset: 7 mm}\n"

@@ -166,6 +166,15 @@ TEST(WarmUpFit, ASecondConstantIsFoundInSixteenPoints) {
   EXPECT_NEAR(fit.slow_time_constant.value, 600 * minute, 4 * fit.slow_time_constant.sd);
 }
 
+TEST(WarmUpFit, ASettlingTimeNeedsADrift) {
+  std::mt19937_64 random(8);
+  const Drawn warm = draw({20 * mm, 12 * minute, 60, false, 120 * minute, 0.5 * mm}, random);
+  const double settled = settled_after(fit_drift(warm.times, warm.distances), 2 * mm, 120 * minute);
+  EXPECT_NEAR(settled, 12 * minute * std::log(10), 2 * minute);
+  const Drawn nothing = draw({0, 12 * minute, 60, false, 120 * minute, 0.5 * mm}, random);
+  EXPECT_TRUE(std::isnan(settled_after(fit_drift(nothing.times, nothing.distances), 0.1 * mm, 120 * minute)));
+}
+
 TEST(WarmUpFit, NoDriftIsSeenInNoiseAndItsUpperLimitHolds) {
   std::mt19937_64 random(6);
   int seen = 0, above = 0, small = 0, runs = 0;

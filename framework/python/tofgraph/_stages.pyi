@@ -150,7 +150,7 @@ class Stages:
         @param read_noise read noise of a tap; default: the calibration's, or the camera's [counts], at least 0 counts
         @param shot_noise variance of a tap per count; default: the calibration's, or the camera's [counts], at least 0 counts
         @param other_serial true: a calibration of a device with another serial number is used, with a warning; default false
-        @param full_well a tap that reaches it is saturated; default: the camera's [counts], at least 0 counts
+        @param full_well a tap that reaches it is saturated; default: the camera's, or 65535 [counts], at least 0 counts
         @param inconsistent_above flags |N2| = |c0 - c1 + c2 - c3| / 4 above this as inconsistent; auto: five standard deviations where the noise is known, else off [counts], at least 0 counts; default auto
         """
     def hdr_fusion(self, *, name: str = ..., frames: int = ..., by: Literal["integration_time", "frequency"] = ..., max_range: str = ..., channel: Literal["auto", "distance", "range", "depth"] = ..., **more: Any) -> Node:
@@ -282,7 +282,7 @@ class Stages:
         @param read_noise read noise of a tap; default: the calibration's, or the camera's [counts], at least 0 counts
         @param shot_noise variance of a tap per count; default: the calibration's, or the camera's [counts], at least 0 counts
         @param other_serial true: a calibration of a device with another serial number is used, with a warning; default false
-        @param full_well a tap that reaches it is saturated; default: the camera's [counts], at least 0 counts
+        @param full_well a tap that reaches it is saturated; default: the camera's, or 65535 [counts], at least 0 counts
         @param inconsistent_above in standard deviations: samples or frequencies that differ by more are flagged as inconsistent; where the noise is known, at least 0; default 5
         @param wrap_confidence confidence of the best wraps over the second best; a smaller one is flagged as wrapped; if the noise is known, 0.5 to 0.999999; default 0.999
         @param invalidate_wrapped pixels whose wraps are uncertain become invalid; default true
