@@ -62,10 +62,11 @@ std::string summary_of(const NoiseData& data, const NoiseFit& fit) {
                   std::isfinite(gain) ? fmt::format(" ({:.4g} e per count)", gain) : "")};
   if (std::isfinite(fit.held_out.value))
     lines.push_back(fmt::format(
-        "the distance's noise relative to sigma, {} held out: {:.3f} times{}",
+        "the distance's noise relative to sigma, {} held out: {:.3f} times{}; single ones differ by {:.1f} %",
         fit.left_out == "condition" ? "one condition" : "one integration time", fit.held_out.value,
         std::isfinite(fit.held_out.low) ? fmt::format(" (95 %: {:.3f} to {:.3f})", fit.held_out.low, fit.held_out.high)
-                                        : ""));
+                                        : "",
+        100 * fit.error));
   const std::size_t bad = fit.bad.size() - static_cast<std::size_t>(std::ranges::count(fit.bad, std::uint8_t{0}));
   std::vector<std::string> reasons;
   for (const BadPixelReason& reason : bad_pixel_reasons())

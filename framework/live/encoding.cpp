@@ -119,7 +119,8 @@ std::vector<float> along_rays(const PlaneView& points, const NodeInfo& node) {
 CodedChannels coded_channels(std::span<const PlaneView> planes, const NodeInfo& node) {
   CodedChannels coded{nlohmann::json::array(), {}};
   std::size_t expected = 0;
-  for (const PlaneView& plane : planes) expected += plane.rows * plane.columns * (plane.depth == 3 ? 3 * sizeof(float) : 2) + 8;
+  for (const PlaneView& plane : planes)
+    expected += plane.rows * plane.columns * (plane.depth == 3 ? 3 * sizeof(float) : 2) + 8;
   coded.bytes.reserve(expected);
   for (const PlaneView& plane : planes) {
     nlohmann::json channel = append_plane(coded.bytes, plane, node);

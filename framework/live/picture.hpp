@@ -52,7 +52,7 @@ struct Wanted {
   bool any() const { return (planes | coded) != 0; }
 };
 
-/// One frame, with the nodes that are being viewed.
+/// Frame with the nodes that are being viewed.
 struct Picture {
   std::uint64_t frame = 0;
   std::int64_t timestamp_ns = 0;

@@ -136,8 +136,7 @@ HWY_EXPORT(Give);
 
 /// Temporal mean of each pixel over the frames in which it is valid. sigma becomes the standard deviation of that mean,
 /// estimated from the frames: sd (n-1) / sqrt(n); for a single valid value its sigma is kept. A pixel valid in no frame
-/// stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the
-/// last.
+/// stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the last.
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "channel to average", .adds = "averaged"}};
   InOut<float> amplitude{

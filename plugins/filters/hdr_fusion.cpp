@@ -93,8 +93,9 @@ struct HdrFusion final : Filter {
     for (std::size_t i = 0; i < lengths.size(); ++i) {
       const Pixel& p = pixels_[i];
       const bool seen = p.weight > 0;
-      const double mean = p.reference + p.sum / p.weight;
-      lengths[i] = seen ? static_cast<float>(mean < 0 ? mean + period_ : mean) : nan;
+      double mean = p.reference + p.sum / p.weight;
+      if (period_ > 0) mean -= period_ * std::floor(mean / period_);
+      lengths[i] = seen ? static_cast<float>(mean) : nan;
       deviations[i] = seen ? static_cast<float>(1 / std::sqrt(p.weight)) : nan;
       if (light.data() != nullptr) light[i] = seen ? static_cast<float>(p.rate / p.weight * longest) : nan;
       bits[i] = seen ? p.good_flags : static_cast<std::uint16_t>(p.all_flags | flag::invalid);

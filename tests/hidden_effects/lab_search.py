@@ -90,7 +90,7 @@ def named(report):
 
 
 def untied_twins(report):
-    """Effects that are named without a tie to one that these data cannot tell from it."""
+    """Effects that are named without a tie to one that these data cannot distinguish from it."""
     ties = {effect["name"]: {effect["name"], *effect.get("tied_with", [])} for effect in report["effects"]}
     pairs = [pair["effects"] for pair in report["alike"] if pair["cosine"] > 1 - 1e-8]
     return {one for a, b in pairs for one, other in ((a, b), (b, a)) if one in ties and other not in ties[one]}

@@ -211,13 +211,14 @@ TEST_F(SearchInTime, FoldsThatChoseARivalDoNotRefuteAnEffectWhenTimeEnds) {
     folds[f].chosen = {rival};
     for (OutOfFold& c : folds[f].conditions) {
       auto less = c.without.extract(found);
+      ASSERT_FALSE(less.empty());
       less.key() = rival;
       c.without.insert(std::move(less));
     }
   }
   findings.result.time_expired = true;
   EXPECT_FALSE(tests.drop_unconfirmed());
-  ASSERT_EQ(findings.result.found.size(), 1U);
+  ASSERT_EQ(findings.result.found.size(), 1U) << findings.result.dropped.front().refutation;
   EXPECT_EQ(findings.result.found[0].names(), (std::vector<std::string>{found, rival}));
 }
 

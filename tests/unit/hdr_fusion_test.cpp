@@ -53,7 +53,15 @@ TEST(HdrFusion, IsTheMeanByVarianceOfWhatIsValidAndNotSaturated) {
 }
 
 TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
-  for (const auto& [first, second] : {std::pair{7.490F, 0.004F}, {0.004F, 7.490F}}) {
+  struct Case {
+    float first, second;
+    double mean;  // m
+  };
+  constexpr double length = 7.49481145;  // m, of the range
+  for (const auto& [first, second, mean] : {Case{7.490F, 0.004F, (7.490 + length + 0.004) / 2},
+                                            {0.004F, 7.490F, (7.490 + length + 0.004) / 2},
+                                            {7.490F, 0.010F, (7.490 - length + 0.010) / 2},
+                                            {0.010F, 7.490F, (7.490 - length + 0.010) / 2}}) {
     Harness stage("hdr_fusion");
     stage.camera("camcube2");
     for (const auto& [distance, time] : {std::pair{first, 1e-3}, {second, 2e-3}}) {
@@ -62,7 +70,7 @@ TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
       stage.metadata().integration_time = time;
       stage.run();
     }
-    EXPECT_NEAR(stage.get<float>("distance")[0], (7.490 + 7.49481145 + 0.004) / 2, 1e-5) << first << " m first";
+    EXPECT_NEAR(stage.get<float>("distance")[0], mean, 1e-5) << first << " m first";
   }
 }
 

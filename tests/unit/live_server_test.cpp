@@ -169,8 +169,9 @@ TEST(LiveServerNodes, ShareAMessageWithAlignedValues) {
   other.read();
   other.read();
   other.send(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
-  for (int i = 0; i < 1000 && server.wanted().coded != 3; ++i)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const auto all_wanted = [&] { return server.wanted().coded == 3 && server.wanted().planes == 1; };
+  for (int i = 0; i < 1000 && !all_wanted(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  ASSERT_TRUE(all_wanted());
   auto coded = std::make_shared<Picture>();
   for (const std::size_t node : {std::size_t{0}, std::size_t{1}})
     coded->nodes.push_back({node, {}, std::make_shared<CodedChannels>(coded_channels(planes, near))});

@@ -40,7 +40,8 @@ std::vector<double> slope(std::vector<double> there, const std::vector<double>& 
   return there;
 }
 
-/// @param bias true: also updates the bias of the coarse grid @param exactly see update_precomputed()
+/// Updates the changes by reflectivities. @param bias true: also updates the bias of the coarse grid @param exactly see
+/// update_precomputed()
 void precompute(const Problem& problem, State& state, bool bias, bool exactly) {
   constexpr double step = 0.01;
   const Design& design = problem.design;

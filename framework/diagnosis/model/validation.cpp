@@ -44,8 +44,9 @@ double square(const Eigen::Vector3d& parts) {
 }
 
 /// Means over the superpixels of a condition; the nuisances that they share do not average out.
+/// @param contrast see contrast_shift()
 Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& extended, std::size_t observable,
-                       std::size_t i) {
+                       std::size_t i, double contrast) {
   const Problem& problem = model.problem;
   if (!problem.design.shows_board(i)) return {NAN, NAN, NAN, NAN};
   const bool of_light = observable == amplitude || observable == intensity;
@@ -57,7 +58,7 @@ Evidence::Mean mean_of(const Model& model, const Rows& simulated, const Rows& ex
     const double scale = problem.shown_scale(observable, i, row);
     mean.measured += scale * (problem.data[i].value[row] - light);
     mean.simulated += scale * (simulated[i][row] - light);
-    mean.extended += scale * (extended[i][row] - light);
+    mean.extended += scale * (extended[i][row] + contrast - light);
     noise += scale * scale * own_variance(model, observable, i, row);
     shared += scale * common(model, i, row);
     ++count;
@@ -157,18 +158,19 @@ Evidence evidence(const Model& simulated, const Model& extended, std::size_t obs
   const Rows before = expected(simulated.problem, simulated.state), after = expected(extended.problem, extended.state);
   const Problem& problem = extended.problem;
   const std::size_t conditions = problem.data.size(), n = problem.design.superpixels();
+  const double contrast = contrast_shift(problem, extended.state, observable);
   Evidence result;
   const Rows none(conditions, std::vector<double>(n, NAN));
   result.before = result.after = result.sd = none;
   for (std::size_t i = 0; i < conditions; ++i) {
-    result.means.push_back(mean_of(extended, before, after, observable, i));
+    result.means.push_back(mean_of(extended, before, after, observable, i, contrast));
     for (std::size_t s = 0; s < n && problem.design.shows_board(i); ++s) {
       const std::size_t row = observable * n + s;
       const double variance = own_variance(extended, observable, i, row);
       if (std::isinf(variance)) continue;
       const double scale = problem.shown_scale(observable, i, row);
       result.before[i][s] = scale * (problem.data[i].value[row] - before[i][row]);
-      result.after[i][s] = scale * (problem.data[i].value[row] - after[i][row]);
+      result.after[i][s] = scale * (problem.data[i].value[row] - contrast - after[i][row]);
       result.sd[i][s] = scale * std::sqrt(variance + square(common(extended, i, row)));
     }
   }

@@ -276,8 +276,8 @@ void EffectTests::compare_unconfirmed() {
   if (!result.time_expired) return findings_.compare_with_rivals();
   for (std::size_t f = 0; f < result.found.size(); ++f) {
     set_held_out_results(result.found[f]);
-    if (result.found[f].improvement.folds < min_folds_choosing(result.cross_fit.folds.size()))
-      findings_.compare_with_choices_of_folds(findings_.given_terms().size() + f);
+    if (result.found[f].improvement.folds >= min_folds_choosing(result.cross_fit.folds.size())) continue;
+    findings_.compare_with_choices_of_folds(findings_.given_terms().size() + f);
   }
 }
 

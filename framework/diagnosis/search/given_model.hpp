@@ -19,7 +19,8 @@ struct GapComparison {
 
   /// True beyond the tolerance for rounding and the coarse grid: 1 % and 0.02 mm.
   bool is_worse() const { return model > settings.max_given_gap_growth * given + settings.given_gap_tolerance; }
-  bool is_better() const { return model < given; }
+  /// True if it grows, though within the tolerance. NaN: false
+  bool grows() const { return model > given; }
 };
 
 /// Comparison on held-out data: in each fold the effects of a model are fitted without the held-out conditions. Results
@@ -33,7 +34,8 @@ struct Verification {
 
   /// Reason why the model must not be written; empty: none.
   std::string why_worse() const;
-  bool is_better() const { return all.is_better() && held_out.is_better(); }
+  /// True if the gap grows both on all and on held-out data.
+  bool grows() const { return all.grows() && held_out.grows(); }
 };
 /// @param known folds that were searched @param given terms with the parameters as given; reflectivities are fitted
 Verification compared_with_given(const CrossFit& known, const Problem& problem, const std::vector<Term>& given,

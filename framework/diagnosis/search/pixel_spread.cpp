@@ -35,15 +35,22 @@ constexpr Law laws_of_spread[spread_laws] = {
 
 const Law& law_of(SpreadLaw law) { return laws_of_spread[static_cast<std::size_t>(law)]; }
 
-/// A problem without data, used only for the expectations of a model.
+/// A problem without data, used only for the distances and amplitudes that a model expects.
 struct Expected {
   std::vector<Observations> data;
   Design design;
   Problem problem;
   Expected(const io::CameraPtr& camera, bool physical, std::vector<io::Condition> conditions)
-      : data(conditions.size(), {std::vector<double>(observables, 0), std::vector<double>(observables, 1)}),
+      : data(conditions.size(), {std::vector<double>(observables, 0), variances()}),
         design(camera, physical, std::move(conditions), single),
         problem(make_problem(design, data)) {}
+
+  /// Observables of infinite variance are not expected.
+  static std::vector<double> variances() {
+    std::vector<double> result(observables, std::numeric_limits<double>::infinity());
+    result[distance] = result[amplitude] = 1;
+    return result;
+  }
 
   /// Rows of all conditions. @param fitted problem whose reflectivities are used for targets of the same name
   Rows rows(const Problem& fitted, const State& state) const {

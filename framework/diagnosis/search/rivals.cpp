@@ -77,10 +77,13 @@ std::vector<ModelFit> Rivals::fits_in_place_of(std::size_t term, const ModelFit&
     return fit.deviance - best.deviance < settings.close_rival * (less.deviance - best.deviance);
   };
   if (!has_maps(less.state) || std::ranges::any_of(fits, is_close)) return fits;
-  ModelFit base{.state = removed(best.state, {term, std::nullopt})};
-  base.deviance = deviance_of(problem_, base.state);
-  for (ModelFit& fit : selection_.forms_of(with_jacobian(problem_, std::move(base)), candidate))
-    fits.push_back(std::move(fit));
+  try {
+    ModelFit base{.state = removed(best.state, {term, std::nullopt})};
+    base.deviance = deviance_of(problem_, base.state);
+    for (ModelFit& fit : selection_.forms_of(with_jacobian(problem_, std::move(base)), candidate))
+      fits.push_back(std::move(fit));
+  } catch (const simulation::EffectError&) {  // another effect fails without the term
+  }
   return fits;
 }
 

@@ -113,9 +113,9 @@ class Search {
       for (; !why.empty() && !selection_.additions().empty(); why = why_worse()) drop_least(why);
       // What remains of a larger model was not tested by the folds.
       const bool remains = !result_.not_better.empty() && !selection_.additions().empty();
-      if (why.empty() && remains && !result_.verified.is_better()) why = result_.not_better;
+      if (why.empty() && remains && result_.verified.grows()) why = result_.not_better;
       if (!why.empty()) keep_given(why);
-      if (!result_.not_better.empty() && selection_.additions().empty()) forget_refused();
+      if (!result_.not_better.empty() && selection_.terms().empty()) forget_refused();
     } catch (const TimeExpired&) {
       result_.time_expired = true;
       keep_given("the time limit left no time to compare it with the given one");
@@ -150,7 +150,7 @@ class Search {
     result_.refinements.clear();
   }
 
-  /// Forgets results of models that are not written.
+  /// Forgets results of models that are not written: the given one is, as it was.
   void forget_refused() {
     result_.cross_fit = {};
     for (GapComparison* gaps : {&result_.verified.all, &result_.verified.held_out}) gaps->model = gaps->given;
