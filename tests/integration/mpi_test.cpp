@@ -34,7 +34,9 @@ TEST_F(Mpi, RanksGiveTheSameReport) {
   for (const int ranks : {1, 2, 16}) {
     const std::string folder = "ranks" + std::to_string(ranks);
     // Processes that did not cooperate would each report it.
-    EXPECT_EQ(count(done(start(ranks) + " reduce c/campaign.yaml -o " + folder + "_s").err, "12 reduced, 0 existed already"), 1U);
+    EXPECT_EQ(
+        count(done(start(ranks) + " reduce c/campaign.yaml -o " + folder + "_s").err, "12 reduced, 0 existed already"),
+        1U);
     done(start(ranks) + " diagnose --model ideal.yaml --data " + folder + "_s -o " + folder +
          " --confidence 2 --quiet");
     EXPECT_EQ(result_of(folder), result_of("whole"));
