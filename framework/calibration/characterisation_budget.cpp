@@ -153,6 +153,12 @@ class Simulated {
   simulation::Pixels pixels_;
 };
 
+/// Condition with all effects: a depth for each block of pixels, and the number of measured pixels in the block.
+struct AllEffects {
+  double reflectivity = 0;
+  std::vector<double> depths, weights;
+};
+
 /// Weighted mean square of the difference modulo the range.
 double mean_square(const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& weights,
                    double range) {
@@ -182,18 +188,25 @@ std::vector<BudgetLine> effect_budget(const Characterisation& data, const std::f
   const Simulated all(camera, model.physical, effects);
   const double range = physics::unambiguous_range(camera.modulation_frequency);
   const BoardModels models(camera, io::OffsetVariant::geometric, data.campaign.conditions.conditions);
+  const std::size_t conditions = data.conditions.size();
+  std::vector<AllEffects> with_all(conditions);
+  tbb::parallel_for(std::size_t{0}, conditions, [&](std::size_t i) {
+    const Board& b = data.conditions[i].board;
+    const double stated = b.condition.reflectivity, seen = b.reflectivity;
+    const double reflectivity = stated > 0 ? stated : seen > 0 ? std::min(seen, 1.0) : 0.85;
+    with_all[i] = {reflectivity, all.depths(b.condition, reflectivity),
+                   all.weights(models.of(b.condition).window(b.condition))};
+  });
   std::vector<BudgetLine> lines;
   for (std::size_t k = 0; k < effects.size(); ++k) {
     std::vector<simulation::EffectPtr> others = effects;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     const Simulated without(camera, model.physical, others);
-    std::vector<double> squares(data.conditions.size());
-    tbb::parallel_for(std::size_t{0}, squares.size(), [&](std::size_t i) {
-      const Board& b = data.conditions[i].board;
-      const double stated = b.condition.reflectivity, seen = b.reflectivity;
-      const double reflectivity = stated > 0 ? stated : seen > 0 ? std::min(seen, 1.0) : 0.85;
-      squares[i] = mean_square(all.depths(b.condition, reflectivity), without.depths(b.condition, reflectivity),
-                               all.weights(models.of(b.condition).window(b.condition)), range);
+    std::vector<double> squares(conditions);
+    tbb::parallel_for(std::size_t{0}, conditions, [&](std::size_t i) {
+      const AllEffects& one = with_all[i];
+      squares[i] = mean_square(one.depths, without.depths(data.conditions[i].board.condition, one.reflectivity),
+                               one.weights, range);
     });
     double sum = 0;
     for (const double square : squares) sum += square / static_cast<double>(squares.size());

@@ -37,13 +37,12 @@ void Hub::send(Picture& picture, Client& client) const {
 void Hub::update_wanted() {
   if (ended && last) {
     for (const auto& client : std::set(clients)) {
-      if (client->ready_for_frame() && client->protocol().wanted().any())
-        client->guarded([&] { send(*last, *client); });
+      if (client->wanted().any()) client->guarded([&] { send(*last, *client); });
     }
   }
   Wanted all;
   for (const auto& client : clients) {
-    const Wanted nodes = client->ready_for_frame() ? client->protocol().wanted() : Wanted{};
+    const Wanted nodes = client->wanted();
     all.planes |= nodes.planes;
     all.coded |= nodes.coded;
   }
@@ -162,7 +161,10 @@ void Client::gone() {
   hub_.update_wanted();
 }
 
-bool Client::ready_for_frame() const { return !closing_ && queue_.empty() && Clock::now() >= next_frame_; }
+Wanted Client::wanted() const {
+  const bool ready = !closing_ && queue_.empty() && Clock::now() >= next_frame_;
+  return ready ? protocol_->wanted() : Wanted{};
+}
 
 void Client::frame_sent() {
   const auto pause = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1 / rate_));

@@ -63,7 +63,7 @@ class Protocol {
   virtual ~Protocol() = default;
   virtual void opened() = 0;
   virtual void received(std::string_view message, bool binary) = 0;
-  /// Nodes of which the client is ready for a frame.
+  /// Nodes that the client has requested.
   virtual Wanted wanted() const = 0;
   virtual void show(const Picture& picture) = 0;
   virtual void ended() {}
@@ -98,8 +98,8 @@ class Client : public std::enable_shared_from_this<Client> {
       close(reason);
     }
   }
-  /// Returns whether everything has been sent and the rate allows another frame.
-  bool ready_for_frame() const;
+  /// Nodes of which it is ready for a frame: everything has been sent and the rate allows another one.
+  Wanted wanted() const;
   void frame_sent();
   void set_rate(double frames_per_s);
   Protocol& protocol() { return *protocol_; }

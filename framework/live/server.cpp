@@ -123,7 +123,7 @@ void Server::show(std::shared_ptr<Picture> picture) {
       shown.coded |= bit;  // from the planes, if need be
     }
     for (const auto& client : std::set(hub.clients)) {
-      const Wanted wants = client->ready_for_frame() ? client->protocol().wanted() : Wanted{};
+      const Wanted wants = client->wanted();
       const bool all_there = (wants.planes & ~shown.planes) == 0 && (wants.coded & ~shown.coded) == 0;
       if (wants.any() && all_there) client->guarded([&] { hub.send(*picture, *client); });
     }

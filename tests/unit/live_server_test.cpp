@@ -139,7 +139,7 @@ TEST_F(LiveServer, FramesMayChangeTheirSizeAndHaveNoValue) {
   EXPECT_THAT(client.read(), testing::HasSubstr("\"op\":\"hello\""));
   client.send(R"({"op":"show","nodes":["decode","nothing"],"rate":1000})");
   EXPECT_EQ(tests::ViewMessage(client.read()).kind, 1U);
-  EXPECT_FALSE(server->wanted().any()) << "nobody has asked for a frame";
+  EXPECT_FALSE(server->wanted().any()) << "no client has requested a frame";
   for (const std::size_t rows : {std::size_t{3}, std::size_t{7}, std::size_t{1}}) {
     client.send(R"({"op":"next"})");
     wait_until_wanted();

@@ -114,6 +114,15 @@ std::optional<Rival> Rivals::compared(const ModelFit& less, const Candidate& can
   return rival;
 }
 
+/// Adds a candidate, in all its forms, as a rival of a term. @param less model without the term
+void Rivals::put_in_place(const Candidate& candidate, const EffectFinding& found, std::size_t term,
+                          const ModelFit& less, std::vector<Rival>& rivals) {
+  if (is_in(less.state, candidate)) return;
+  for (ModelFit& fit : fits_in_place_of(term, less, candidate))
+    if (std::optional<Rival> rival = compared(less, candidate, {found.name}, std::move(fit)))
+      put(rivals, *std::move(rival));
+}
+
 std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   const ModelFit& less = selection_.without({term, std::nullopt});
   const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
@@ -136,11 +145,11 @@ std::vector<Rival> Rivals::of(const EffectFinding& found, std::size_t term) {
   }
   // Effects listed as confused may be so only in another form, or together with other maps.
   for (const auto& candidate : candidates_) {
-    if (!contains(alike, candidate->name()) || is_in(less.state, *candidate)) continue;
+    if (!contains(alike, candidate->name())) continue;
     const auto known = std::ranges::find(rivals, candidate.get(), &Rival::candidate);
     const bool tied = known != rivals.end() && known->tied;
     if (tied || (candidate->refinements().empty() && !has_maps(less.state))) continue;
-    for (ModelFit& fit : fits_in_place_of(term, less, *candidate)) compare(*candidate, std::move(fit));
+    put_in_place(*candidate, found, term, less, rivals);
   }
   std::ranges::stable_sort(rivals, {}, &Rival::bic);
   return rivals;
@@ -151,11 +160,8 @@ std::vector<Rival> Rivals::among(const std::vector<std::string>& names, const Ef
   const std::vector<std::string> alike = confused_with(*found.candidate, candidates_);
   std::vector<Rival> rivals;
   for (const auto& candidate : candidates_) {
-    const auto is_in_list = [&](const std::vector<std::string>& list) { return contains(list, candidate->name()); };
-    if (!is_in_list(alike) || !is_in_list(names) || is_in(less.state, *candidate)) continue;
-    for (ModelFit& fit : fits_in_place_of(term, less, *candidate))
-      if (std::optional<Rival> rival = compared(less, *candidate, {found.name}, std::move(fit)))
-        put(rivals, *std::move(rival));
+    if (contains(alike, candidate->name()) && contains(names, candidate->name()))
+      put_in_place(*candidate, found, term, less, rivals);
   }
   return rivals;
 }

@@ -65,6 +65,8 @@ class Rivals {
  private:
   std::optional<Rival> compared(const ModelFit& less, const Candidate& candidate, std::vector<std::string> in_place_of,
                                 ModelFit fit);
+  void put_in_place(const Candidate& candidate, const EffectFinding& found, std::size_t term, const ModelFit& less,
+                    std::vector<Rival>& rivals);
   std::vector<ModelFit> fits_in_place_of(std::size_t term, const ModelFit& less, const Candidate& candidate) const;
   std::optional<Rival> in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms);
   Unidentified nonlinear_identifiability(const ModelFit& fit, const Candidate& candidate) const;
