@@ -84,17 +84,25 @@ bool FrameAssembler::belongs_to_frame(Bytes header, std::uint64_t index) {
 }
 
 void FrameAssembler::finish_frame() {
-  if (!take_settings()) return;
+  if (!take_settings(0)) return;
+  const double time = frame_.integration_time, frequency = frame_.modulation_frequency;
+  bool changed = false;
+  for (std::size_t image = 1; image < RawSourceData::images; ++image) {
+    if (!take_settings(image)) return;
+    changed = changed || std::abs(frame_.integration_time - time) > 0 ||  // false for NaN: not stated
+              std::abs(frame_.modulation_frequency - frequency) > 0;
+  }
   if (protocol_.number) count_frame();
   next_image_ = 0;
+  if (changed) return;  // within the frame, e.g. by a command: images of different exposures have no common phase
   const double exposure = static_cast<double>(RawSourceData::images) * frame_.integration_time;
   frame_.timestamp_ns = now_ns() - (std::isfinite(exposure) ? std::llround(exposure * 1e9) : 0);
   frames_.offer(frame_);
 }
 
-/// Reads the exposure from the headers. @returns false if it is impossible, which discards the frame
-bool FrameAssembler::take_settings() {
-  const Bytes header(frame_.bytes.data(), RawSourceData::header_bytes);
+/// Reads the exposure from the header of an image. @returns false if it is impossible, which discards the frame
+bool FrameAssembler::take_settings(std::size_t image) {
+  const Bytes header(frame_.bytes.data() + image * image_bytes_, RawSourceData::header_bytes);
   const auto value = [&](const std::optional<Field>& field, double unit, double otherwise) {
     return field ? static_cast<double>(field->read(header)) * unit : otherwise;
   };

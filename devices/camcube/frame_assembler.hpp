@@ -18,8 +18,9 @@ struct FrameDefaults {
 };
 
 /// Assembles frames. The beginning of a frame follows from each message without counting: from the message if it is a
-/// whole frame, else from the image index in the header, else from a change of the frame number. Not thread-safe: all
-/// calls come from one thread.
+/// whole frame, else from the image index in the header, else from a change of the frame number. A frame whose headers
+/// state several integration times or frequencies is discarded; its number is missing. Not thread-safe: all calls come
+/// from one thread.
 class FrameAssembler {
  public:
   FrameAssembler(const Protocol& protocol, const RawSourceData& layout, const FrameDefaults& defaults,
@@ -42,7 +43,7 @@ class FrameAssembler {
   bool belongs_to_frame(Bytes header, std::uint64_t index);
   void finish_frame();
   void count_frame();
-  bool take_settings();
+  bool take_settings(std::size_t image);
   void spoil(const std::string& text);
 
   const Protocol& protocol_;

@@ -41,6 +41,7 @@ double use_calibration(const std::string& file, const std::string& camera, Contr
                                   {"integration_time", "s"},
                                   {"rmse", "m"},
                                   {"several", "s"},
+                                  {"saturates", "s"},
                                   {"held_out_excess", ""}})
     if (reader.has(key)) static_cast<void>(reader.column(key, unit, 0, "[0, 0]"));
   reader.finish();

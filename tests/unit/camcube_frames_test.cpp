@@ -248,6 +248,43 @@ TEST_F(Assembling, TimesThatCannotBeSpoilTheFrame) {
   }
 }
 
+/// A command that takes effect between two images: 1 ms before it, 2 ms after it.
+TEST_F(Assembling, FramesOfTwoIntegrationTimesAreLeftOut) {
+  for (unsigned changes = 1; changes < 4; ++changes) {
+    assembler_.reset();
+    send(1);
+    for (unsigned number : {2U, 3U}) {
+      for (unsigned i = 0; i < 4; ++i) {
+        auto bytes = image(number, i);
+        if (number == 3 || i >= changes) {
+          bytes[4] = 0xd0;
+          bytes[5] = 0x07;
+        }
+        assembler().message(bytes);
+      }
+    }
+    EXPECT_EQ(next(), "1");
+    EXPECT_DOUBLE_EQ(frame_.integration_time, 1e-3);
+    EXPECT_EQ(next(), "3") << changes;
+    EXPECT_DOUBLE_EQ(frame_.integration_time, 2e-3);
+    EXPECT_EQ(next(), "nothing");
+  }
+}
+
+TEST_F(Assembling, ATimeThatCannotBeInAnyHeaderSpoilsTheFrame) {
+  for (unsigned bad = 0; bad < 4; ++bad) {
+    assembler_.reset();
+    for (unsigned i = 0; i < 4; ++i) {
+      auto bytes = image(2, i);
+      if (i == bad) bytes[4] = bytes[5] = 0;
+      assembler().message(bytes);
+    }
+    send(3);
+    EXPECT_THAT(next(), HasSubstr("a header states an integration time of 0 us")) << bad;
+    EXPECT_EQ(next(), "3") << bad;
+  }
+}
+
 TEST(FrameCounter, GoesOnBehindAGap) {
   FrameCounter counter;
   EXPECT_EQ(counter.number(5, 1, 80), 5U);

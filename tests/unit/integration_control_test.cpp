@@ -91,6 +91,7 @@ TEST_F(CaptureFile, ACalibrationNarrowsTheTimes) {
              "values:\n  target: {value: [0, 0]}\n  distance: {unit: mm, value: [500, 1000]}\n"
              "  integration_time: {unit: ms, value: [1, 4]}\n  rmse: {unit: mm, value: [3, 4]}\n"
              "  shortest: {unit: ms, value: [0.8, 2]}\n  longest: {unit: ms, value: [2, 9]}\n"
+             "  saturates: {unit: ms, value: [3, 12]}\n"
              "  recommended: {value: 2 ms}\n  recommended_error: {value: 5 mm}\n");
   ControlLimits limits = usual;
   EXPECT_DOUBLE_EQ(camcube::use_calibration(file.string(), "camcube2", limits), 2e-3);
