@@ -56,7 +56,7 @@ class SeriesReader {
     const physics::Plane plane = plane_of(board.condition);
     std::array<std::vector<double>, 3> depths;
     std::vector<double> errors;
-    std::vector<double> centre;
+    std::vector<double> centre, centre_variances;
     double slope = 0;  // dz/dD: sensitivity of the depth to distance noise
     for (std::size_t k = 0; k < images.pixels.size(); ++k) {
       const std::size_t i = images.pixels[k];
@@ -67,12 +67,15 @@ class SeriesReader {
         depths[m].push_back(
             depth_by(static_cast<DepthModel>(m), model, ray, images.distance[k], board.condition.board_distance));
       errors.push_back(depths.back().back() - truth);
-      slope +=
-          physics::optimized_bistatic_slope(model.geometry(), ray, path) / static_cast<double>(images.pixels.size());
-      if (in_centre(i)) centre.push_back(errors.back());
+      const double own = physics::optimized_bistatic_slope(model.geometry(), ray, path);
+      slope += own / static_cast<double>(images.pixels.size());
+      if (!in_centre(i)) continue;
+      centre.push_back(errors.back());
+      if (!images.variance.empty()) centre_variances.push_back(own * own * images.variance[k]);
     }
     for (std::size_t m = 0; m < depths.size(); ++m) result.depth[m] = moments_of(depths[m]);
     result.centre_error = moments_of(centre).mean;
+    result.centre_noise = std::sqrt(std::max(moments_of(centre_variances).mean, 0.0));
     result.noise = slope * board.noise;
     result.protocol = against_protocol(board, centre.size());
     const Moments error = moments_of(errors);

@@ -38,6 +38,7 @@ struct Characterised {
   double error_sd = unknown;            ///< of depth minus true depth over the pixels, averaged over frames
   double modelled_amplitude = unknown;  ///< counts, with the target's mean reflectivity
   double centre_error = unknown;        ///< mean depth minus true depth, in the protocol's square
+  double centre_noise = unknown;        ///< depth noise of a pixel in one frame, in the protocol's square
   std::vector<std::string> protocol;    ///< deviations from the protocol; empty: none
 };
 

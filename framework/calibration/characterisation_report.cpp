@@ -229,7 +229,7 @@ class CharacterisationReport {
       for (const std::string& problem : c.protocol) ++against[problem];
       if (c.protocol.empty())
         rows.push_back({c.board.condition.id, mm(c.board.distance, 0), fmt::format("{:.3g}", time_of(c)),
-                        mm(c.centre_error), mm(c.noise)});
+                        mm(c.centre_error), mm(c.centre_noise)});
     }
     page_.paragraph(fmt::format(
         "{:.0f} min after power-on, a target of 90 % reflectivity ({:.0f} to {:.0f} %), the {} x {} px in the middle, "

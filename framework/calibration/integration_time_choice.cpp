@@ -148,7 +148,8 @@ void hold_out_distances(IntegrationTimes& result) {
   std::ranges::sort(excess);
   const Moments m = moments_of(excess);
   result.held_out = excess.size();
-  const double half = excess.size() > 1 ? 1.96 * m.sd / std::sqrt(static_cast<double>(excess.size())) : unknown;
+  const auto n = static_cast<double>(excess.size());
+  const double half = excess.size() > 1 ? student_95(n - 1) * m.sd / std::sqrt(n) : unknown;
   result.excess_of_one_time = moments_of(of_one_time).mean;
   result.excess = {m.mean, std::max(m.mean - half, 1.0), m.mean + half};
 }

@@ -55,7 +55,7 @@ class ResponseSums {
     }
   }
 
-  /// @returns number of saturated values
+  /// @param decoded true: amplitudes were added; false: samples @returns number of saturated values
   std::size_t write_means(std::size_t frames, bool decoded, ResponseCondition& result) const {
     const auto n = static_cast<double>(frames);
     for (std::size_t i = 0; i < pixels_; ++i) {
@@ -139,7 +139,9 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
     const io::Recording recording(condition.capture);
     result.seen = {recording.reader().header().camera, recording.reader().header().serial};
     using Kind = io::Recording::Kind;
-    if (recording.kind() != Kind::taps && (recording.kind() == Kind::distances || !has_channel(recording, "intensity")))
+    const bool samples = recording.kind() == Kind::taps || recording.kind() == Kind::phases;
+    if (recording.kind() != Kind::taps &&
+        (!has_channel(recording, "intensity") || (!samples && !has_channel(recording, "amplitude"))))
       throw std::runtime_error(
           "has neither taps nor intensity in addition to phases or amplitude: the light to which the contrast refers "
           "is unknown");
@@ -148,7 +150,7 @@ ResponseRead read_response_condition(std::size_t index, const io::Condition& wri
     ResponseSums sums(profile);
     for (std::size_t f = first; f <= last; ++f) sums.add(recording, f);
     ResponseCondition read{.index = index, .integration_time = condition.integration_time};
-    result.saturated = sums.write_means(last - first + 1, recording.kind() == Kind::decoded, read);
+    result.saturated = sums.write_means(last - first + 1, !samples, read);
     read.light = light_of(condition, camera, model);
     result.condition = std::move(read);
   } catch (const std::runtime_error& error) {

@@ -85,10 +85,12 @@ std::vector<double> times_of(const Series& s) {
   return t;
 }
 
+/// Fits the error of the distance, whose mean, unlike that of the distance, hardly depends on the pixels excluded at a
+/// point in time.
 Drift fit(const Series& s) {
   std::vector<double> distance, amplitude;
   for (const Board* b : s.points) {
-    distance.push_back(b->measured.mean);
+    distance.push_back(b->measured.mean - b->modelled.mean);
     if (std::isfinite(b->amplitude)) amplitude.push_back(b->amplitude);
   }
   Drift drift = fit_drift(times_of(s), distance);

@@ -62,7 +62,7 @@ class WarmUpReport {
     for (std::size_t i = 0; i < drifts_.size(); ++i) {
       const Series& s = data_.series[i];
       report::Series measured{.name = "measured", .style = report::Series::Style::points}, fit{.name = "fitted"};
-      std::vector<double> shifts;  // from the mean of all pixels to the window
+      std::vector<double> shifts;  // from the fit to the window
       for (std::size_t k = 0; k < s.points.size(); ++k) {
         if (!std::isfinite(s.window_means[k])) continue;
         measured.add(s.time(k) / 60, s.window_means[k] * 1e3);

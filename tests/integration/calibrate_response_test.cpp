@@ -12,6 +12,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -27,6 +28,7 @@ struct Truth {
   double profile_contrast = 0.5;
   double gradient = 0.04;                     ///< gradient of the contrast, from the left to the right
   std::string extra = ", reflectivity: 0.6";  ///< per condition
+  bool images_alone = false;                  ///< captures of amplitude and intensity instead of taps
 };
 
 class Response : public testing::Test {
@@ -68,8 +70,29 @@ class Response : public testing::Test {
     }
     RawCapture capture(folder.path() / (name + ".h5"));
     capture.head(side, side, 1, "tofgraph-capture", "tiny");
-    capture.dataset("taps", {frames, 4, 2, side, side}, taps, {1, 4, 2, side, side});
+    if (truth.images_alone)
+      write_images(capture, taps);
+    else
+      capture.dataset("taps", {frames, 4, 2, side, side}, taps, {1, 4, 2, side, side});
     capture.metadata(frames, time);
+  }
+
+  /// Amplitude and mean of the taps of each frame.
+  static void write_images(RawCapture& capture, const std::vector<std::uint16_t>& taps) {
+    std::vector<float> amplitude, intensity;
+    for (std::size_t i = 0; i < frames * pixels; ++i) {
+      std::array<double, 4> c{};
+      double sum = 0;
+      for (std::size_t plane = 0; plane < 8; ++plane) {
+        const double value = taps[(i / pixels * 8 + plane) * pixels + i % pixels];
+        c[plane / 2] += plane % 2 == 0 ? value : -value;
+        sum += value;
+      }
+      amplitude.push_back(static_cast<float>(std::hypot(c[3] - c[1], c[0] - c[2]) / 2));
+      intensity.push_back(static_cast<float>(sum / 8));
+    }
+    capture.dataset("amplitude", {frames, side, side}, amplitude, {1, side, side});
+    capture.dataset("intensity", {frames, side, side}, intensity, {1, side, side});
   }
 
   void campaign(const Truth& truth, const std::vector<double>& distances = {0.8, 1.2, 1.6, 2.0, 2.5},
@@ -133,6 +156,17 @@ TEST_F(Response, ContrastGainAndDarkLevelAreRight) {
     EXPECT_NEAR(result.maps[4].values[i], truth.gain, 0.01 * truth.gain) << i;
   }
   EXPECT_NEAR(std::sqrt(squares / count), 1.1, 0.3) << "Student's of seven degrees of freedom scatters a little more";
+}
+
+TEST_F(Response, AmplitudeAndIntensityWithoutDistancesAreEnough) {
+  const Truth truth{.images_alone = true};
+  campaign(truth);
+  const calibration::Result result = calibrate();
+  write_text(folder.path() / "r.yaml", result.file);
+  io::CalibrationReader file(folder.path() / "r.yaml", "response", "tiny");
+  EXPECT_NEAR(file.need("contrast", "", 1, "").value[0], truth.contrast, 0.002 * truth.contrast);
+  EXPECT_NEAR(file.need("dark", "counts", 1, "").value[0], truth.dark, 2);
+  for (const double amplitude : file.column("amplitude", "counts", 10, "").value) EXPECT_GT(amplitude, 100);
 }
 
 TEST_F(Response, TheProfilesOwnContrastIsNotWrittenAgain) {

@@ -206,6 +206,23 @@ TEST_F(IntegrationTime, TimesThatDistancesDoNotPredictAreNotWrittenUnlessForced)
   EXPECT_TRUE(fs::exists(folder.path() / "out/t.yaml"));
 }
 
+// Two inner distances: at the first both times are equally good, at the second 1 ms, the best time at all others,
+// leaves half as much again as 64 ms. An interval of two values is wide.
+TEST_F(IntegrationTime, TheIntervalOfFewDistancesIsStudents) {
+  write_text(folder.path() / "boards.csv",
+             "target,distance,time,depth,sd\nwhite,500,1,500,4\nwhite,500,64,500,9\nwhite,1000,1,1000,4\n"
+             "white,1000,64,1000,4\nwhite,2000,1,2000,6\nwhite,2000,64,2000,4\nwhite,4000,1,4000,4\n"
+             "white,4000,64,4000,9\n");
+  const Outcome outcome = run("tofgraph calibrate integration-time boards.yaml -o out/t.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<double> excess = column_of(folder.path() / "out/t.yaml", "held_out_excess", "");
+  ASSERT_EQ(excess.size(), 3U);
+  EXPECT_NEAR(excess[0], 1.25, 0.02) << "the mean of 1 and 1.5";
+  EXPECT_EQ(excess[1], 1);
+  // Standard error (1.5 - 1) / 2, times Student's 12.706 for one degree of freedom.
+  EXPECT_NEAR((excess[2] - excess[0]) / (excess[0] - 1), 12.706, 0.1);
+}
+
 TEST_F(Calibrate, PublishedOptimaAreTheOptimumByTargetAndDistance) {
   const Outcome outcome =
       run("tofgraph calibrate integration-time devices/calibrations/camcube2_published_boards.yaml -o out/t.yaml");

@@ -283,6 +283,40 @@ TEST_F(WarmUp, TooShortIsSaidWithTheLengthThatWouldDo) {
       << nothing.err;
 }
 
+/// In the first half hour only the right quarter of the image, whose distances are longer, has values.
+TEST_F(WarmUp, PixelsThatAreMissingAtFirstAreNoDrift) {
+  const double drift = 10 * mm, tau = 12 * minute;
+  std::vector<double> times;
+  for (double t = 30; t <= 2 * hour; t += 4 * minute) times.push_back(t);
+  std::normal_distribution<double> noise(0, 1 * mm);
+  std::vector<float> distances;
+  std::vector<double> board(plain_pixels);
+  for (std::size_t i = 0; i < plain_pixels; ++i)
+    board[i] = plain_half_path(i % plain_side, i / plain_side, {.distance = 3});
+  for (const double t : times) {
+    for (std::size_t i = 0; i < plain_pixels; ++i) {
+      const bool missing = t < hour / 2 && i % plain_side < 150;
+      const double measured = board[i] + drift * warm(t, tau) + noise(random_);
+      distances.push_back(missing ? std::nanf("") : static_cast<float>(measured));
+    }
+  }
+  const hsize_t n = times.size();
+  {
+    RawCapture capture(folder.path() / "a.h5");
+    capture.head(plain_side, plain_side, 1, "tofgraph-capture", "camcube2");
+    capture.dataset("distance", {n, plain_side, plain_side}, distances, {1, plain_side, plain_side});
+    capture.metadata(n, 10e-3, "time_since_power_on_s");
+    capture.dataset("time_since_power_on_s", {n}, times);
+  }
+  write_text(
+      folder.path() / "campaign.yaml",
+      "campaign: 1\ncamera: camcube2\nconditions:\n  - {capture: a.h5, board: {distance: 3 m}, target: white}\n");
+  const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NEAR(column("drift", "m").value[0], drift, 0.1 * mm);
+  EXPECT_NEAR(column("time_constant", "s").value[0], tau, 0.02 * tau);
+}
+
 TEST_F(WarmUp, ATimeThatNobodyKnowsIsAnError) {
   record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 30 * minute, minute, 3 * mm, 0, false);
   campaign({"a.h5"});

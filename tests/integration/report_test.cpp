@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The tofgraph authors
 // SPDX-License-Identifier: BSD-3-Clause
-// Slow: Report.TheTables*:Report.TheProtocol*
+// Slow: Report.TheTables*:Report.TheProtocol*:Report.ThePrecision*
 // Rooms: report calibration
 // The command `report`: tables 5.1 to 5.3 of the reference, and known contributions to an error.
 #include "tests/program.hpp"
@@ -147,6 +147,24 @@ TEST_F(Report, TheProtocolIsFollowedOrWhatIsMissingIsSaid) {
   EXPECT_NEAR(warm["centre_error"].get<double>(), 4e-3, 0.2e-3);
   EXPECT_EQ(report(with("600 s"))["conditions"][0]["against_protocol"],
             nlohmann::json::array({"only 10 min since power-on"}));
+}
+
+/// The sources' beams leave the corners with a sixth of the light of the middle.
+TEST_F(Report, ThePrecisionOfTheProtocolIsThatOfItsSquare) {
+  const std::string scene =
+      "scene: 1\ncamera: camcube2\nframes: 25\nnoise: profile\nROI\nobjects:\n  - {name: board, type: board, distance: "
+      "1 m, reflectivity: 0.9}\ntime_since_power_on: 1500 s\nmodel: {effects: [{effect: beam_profile, exponent: 20}]}\n"
+      "sequence:\n  - {key: board.distance, values: [1000 mm]}\n";
+  const auto with = [&](const char* roi) { return std::string(scene).replace(scene.find("ROI"), 3, roi); };
+  const double whole = 1e3 * report(with("subpixels: 1"))["conditions"][0]["noise"].get<double>();
+  const std::string page = read_text(folder.path() / "out/report.html");
+  std::size_t at = page.find("precision, mm</th>");
+  ASSERT_NE(at, std::string::npos);
+  for (int cell = 0; cell < 5; ++cell) at = page.find("<td>", at + 1);
+  const double precision = std::stod(page.substr(at + 4));  // mm
+  const nlohmann::json square = report(with("roi: {columns: [82, 121], rows: [82, 121]}"));
+  EXPECT_NEAR(precision / (1e3 * square["conditions"][0]["noise"].get<double>()), 1, 0.03);
+  EXPECT_LT(precision, 0.8 * whole);
 }
 
 TEST_F(Report, OutputsAreNotReplacedUnasked) {
