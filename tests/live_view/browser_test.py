@@ -211,6 +211,26 @@ class Page(unittest.TestCase):
             deviations.sort()
             self.assertAlmostEqual(told, deviations[(len(deviations) - 1) // 2], delta=3e-5)
 
+    def test_numbers_are_of_the_pixel_and_the_picture_that_are_shown(self):
+        with Run() as run, chromium.Browser() as browser:
+            self.opened(browser, run.url)
+            # A moved cloud has no range from the camera: its points are told.
+            cloud = "{name: 'points', unit: 'm', type: 'points', rows: 2, columns: 1, codes: null, points: new Float32Array([1, 0, 2, NaN, NaN, NaN])}"
+            values = browser.evaluate(f"[0, 1].map((row) => tofgraph.panes[0].valuesAt.call({{channels: {{points: {cloud}}}}}, [0, row]))")
+            self.assertEqual(values, [[["points", "1000 mm, 0 mm, 2000 mm"]], [["points", "no value"]]])
+            # A line that was drawn in a larger image does not continue in the next row of a smaller one.
+            image = "{type: 'codes', rows: 2, columns: 2, offset: 0, step: 1, codes: new Uint16Array([1, 2, 3, 4])}"
+            along = browser.evaluate(f"import('/plots.js').then((m) => m.valuesAlong({image}, [0, 0, 3, 0]).map((v) => Number.isNaN(v) ? null : v))")
+            self.assertEqual(along, [0, 1, None, None])
+            # The scale follows the last of two pictures in quick succession.
+            browser.evaluate("""import('/images.js').then((m) => {
+                window.scaled = new m.ImageView('depth');
+                for (const step of [0.001, 0.002])
+                    scaled.take({name: 'depth', type: 'codes', unit: 'm', rows: 1, columns: 2, offset: 0, step, codes: new Uint16Array([1, 1001])});
+            })""")
+            browser.wait_for("scaled.legend.lastChild.textContent === '2000 mm'", 5)
+            self.assertEqual(browser.console, [])
+
     def test_first_picture_comes_and_page_is_small(self):
         with Run(frames=0, more=", pace: 60 Hz") as run, chromium.Browser() as browser:
             self.opened(browser, run.url)

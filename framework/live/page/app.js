@@ -109,7 +109,7 @@ function tableRow(...cells) {
   return row;
 }
 
-let lastTools = 0;
+let lastTools = 0, later = 0;
 function tools(frame, fresh) {
   const {marks} = shared, pane = app.panes[0];
   if (!pane || !pane.channels) return;
@@ -124,7 +124,11 @@ function tools(frame, fresh) {
   for (const name of names)
     $('cursor').append(tableRow(element('td', name), ...rows.map((values) => number((values.find(([n]) => n === name) || ['', ''])[1]))));
   const now = performance.now();
-  if (fresh && now - lastTools < 500 && !app.paused) return;  // the plots may skip frames
+  clearTimeout(later);
+  if (fresh && now - lastTools < 500 && !app.paused) {  // the plots may skip frames, but not the last one
+    later = setTimeout(schedule, 600 - (now - lastTools));
+    return;
+  }
   lastTools = now;
   const images = pane.shownImages().map((image) => image.name);
   const name = images.includes(marks.channel) && marks.channel !== 'flags' ? marks.channel : images.find((n) => n !== 'flags');

@@ -39,7 +39,6 @@ export function frameOf(message, buffer) {
 /// Value of pixel i in the channel's unit; NaN: none. For flags the bits.
 export function valueAt(channel, i) {
   if (channel.type === 'bits') return channel.codes[i];
-  if (channel.type === 'points') return channel.points[3 * i + 2];
   const code = channel.codes[i];
   return code === 0 ? NaN : channel.offset + (code - 1) * channel.step;
 }

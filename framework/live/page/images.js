@@ -99,10 +99,15 @@ export class ImageView {
       this.legend.querySelector('i').style.background = gradient;
       this.bar = true;
     }
-    if (performance.now() - this.labelled < 400) return;  // flickering text would be unreadable
-    this.labelled = performance.now();
-    this.legend.firstChild.textContent = value(low);
-    this.legend.lastChild.textContent = value(high);
+    const label = () => {
+      this.labelled = performance.now();
+      this.legend.firstChild.textContent = value(low);
+      this.legend.lastChild.textContent = value(high);
+    };
+    const wait = 400 - (performance.now() - this.labelled);  // flickering text would be unreadable
+    clearTimeout(this.later);
+    if (wait > 0) this.later = setTimeout(label, wait);  // unless another picture comes before
+    else label();
   }
 
   /// Marks on the image: a pixel, a region, a line, in pixels.

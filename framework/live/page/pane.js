@@ -137,7 +137,12 @@ export class Pane {
   /// All channels of a pixel: [name, value as text].
   valuesAt([x, y]) {
     return Object.values(this.channels).filter((c) => x < c.columns && y < c.rows && (c.codes || c.rows > 1)).map((channel) => {
-      const value = valueAt(channel, y * channel.columns + x);
+      const i = y * channel.columns + x;
+      if (channel.type === 'points') {  // a moved cloud: the range from the camera is unknown
+        const place = Array.from(channel.points.subarray(3 * i, 3 * i + 3));
+        return [channel.name, place.some(Number.isNaN) ? 'no value' : place.map((v) => quantity(v, channel.unit, 6)).join(', ')];
+      }
+      const value = valueAt(channel, i);
       if (channel.type === 'bits') return [channel.name, flagWords(value)];
       const name = channel.name === 'points' ? 'range of the point' : channel.name;
       return [name, quantity(value, channel.unit, 6) + (Number.isNaN(value) ? '' : ` \u00b1 ${quantity(channel.step / 2, channel.unit, 2)}`)];

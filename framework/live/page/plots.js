@@ -64,13 +64,20 @@ export function drawHistogram(canvas, channel, region) {
   });
 }
 
-/// Profile along a line, sampled at the pixels that it crosses. @param series [{channel}]: one curve per channel
-export function drawProfile(canvas, series, line) {
-  const [x0, y0, x1, y1] = line, steps = Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0), 1);
-  const lines = series.map(({channel}) => Array.from({length: steps + 1}, (_, k) => {
+const stepsOf = ([x0, y0, x1, y1]) => Math.max(Math.abs(x1 - x0), Math.abs(y1 - y0), 1);
+
+/// Values at the pixels that a line crosses; NaN outside the image, which may be smaller than the one with the line.
+export function valuesAlong(channel, line) {
+  const [x0, y0, x1, y1] = line, steps = stepsOf(line);
+  return Array.from({length: steps + 1}, (_, k) => {
     const x = Math.round(x0 + (x1 - x0) * k / steps), y = Math.round(y0 + (y1 - y0) * k / steps);
-    return valueAt(channel, y * channel.columns + x);
-  }));
+    return x < channel.columns && y < channel.rows ? valueAt(channel, y * channel.columns + x) : NaN;
+  });
+}
+
+/// Profile along a line. @param series [{channel}]: one curve per channel
+export function drawProfile(canvas, series, line) {
+  const steps = stepsOf(line), lines = series.map(({channel}) => valuesAlong(channel, line));
   const all = lines.flat().filter((value) => !Number.isNaN(value));
   if (all.length === 0) return;
   const low = Math.min(...all), high = Math.max(...all, low + (series[0].channel.step || 1));
