@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/commands.hpp"
 
+#include "config/json_text.hpp"
 #include "config/quantity.hpp"
 #include "io/profile.hpp"
 #include "simulation/files/camera_assembly.hpp"
@@ -11,6 +12,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
+#include <cstdio>
 
 namespace tofgraph::cli {
 namespace {
@@ -80,11 +83,13 @@ std::optional<std::array<double, 2>> temperature_range(const std::string& text) 
 }
 
 std::string checked_date(const std::string& option, const std::string& text) {
-  const auto digit = [](unsigned char c) { return std::isdigit(c) != 0; };
-  bool right = text.empty() || (text.size() == 10 && text[4] == '-' && text[7] == '-');
-  for (std::size_t i = 0; right && i < text.size(); ++i)
-    right = i == 4 || i == 7 || digit(static_cast<unsigned char>(text[i]));
-  if (!right) refuse(fmt::format("{0}: error: '{1}' is not a date, e.g. {0} 2026-11-26", option, text));
+  int year = 0;
+  unsigned month = 0, day = 0;
+  const bool read = text.size() == 10 && std::sscanf(text.c_str(), "%4d-%2u-%2u", &year, &month, &day) == 3;
+  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(month), std::chrono::day(day)};
+  // Written again, so that blanks and signs are refused.
+  if (!text.empty() && (!read || !date.ok() || fmt::format("{:04}-{:02}-{:02}", year, month, day) != text))
+    refuse(fmt::format("{0}: error: '{1}' is not a date, e.g. {0} 2026-11-26", option, text));
   return text;
 }
 
@@ -140,7 +145,7 @@ int show_camera(const CameraArguments& arguments, const Common&) {
     for (const io::FolderEntry& entry : folder.entries) entries.push_back(entry_json(entry));
     const json shown = {{"name", folder.name}, {"serial", folder.serial}, {"folder", folder.folder.string()},
                         {"entries", entries},  {"notes", folder.notes},   {"problems", problems}};
-    fmt::print("{}\n", shown.dump(2));
+    fmt::print("{}\n", config::json_text(shown, 2));
   } else {
     fmt::print("{}: {}{}{}\n{:16} {:12} {:10}  {:12}  file\n", folder.name, folder.folder.string(),
                folder.serial.empty() ? "" : ", serial ", folder.serial, "kind", "serial", "date", "SHA-256");

@@ -124,6 +124,19 @@ void ReadingArguments::add_to(CLI::App& command) {
       ->option_text("RATE");
 }
 
+std::string ReadingArguments::value_option() const {
+  const std::pair<const char*, const std::string*> options[] = {{"--as", &as},
+                                                                {"--unit", &unit},
+                                                                {"--axes", &axes},
+                                                                {"--invalid", &invalid},
+                                                                {"--integration-time", &integration_time},
+                                                                {"--modulation-frequency", &modulation_frequency},
+                                                                {"--frame-rate", &frame_rate}};
+  for (const auto& [option, value] : options)
+    if (!value->empty()) return option;
+  return {};
+}
+
 namespace {
 
 /// Options of the command.
@@ -135,10 +148,21 @@ struct ConvertArguments {
 
 /// Converts another program's camera file to a profile.
 int convert_camera(const ConvertArguments& arguments, const Common& common) {
-  if (arguments.reading.files.size() != 1)
+  const ReadingArguments& reading = arguments.reading;
+  if (reading.files.size() != 1)
     throw config::ConfigurationError(
         "error: a profile is made of one camera file\n  example: tofgraph convert "
         "camera_info.yaml -o my_camera.yaml");
+  const std::string ignored = !reading.layout.empty()       ? "--layout"
+                              : !reading.run.camera.empty() ? "--camera"
+                                                            : reading.value_option();
+  if (!ignored.empty())
+    throw config::ConfigurationError(
+        fmt::format("{}: error: is for images; --out {} makes a profile of a camera file", ignored, arguments.out));
+  const std::filesystem::path input = reading.files.front();
+  if (const std::string problem = io::input_problem(std::filesystem::path(arguments.out), std::span(&input, 1));
+      !problem.empty())
+    throw config::ConfigurationError("--out: error: " + problem);
   if (std::filesystem::exists(arguments.out) && !arguments.reading.run.force)
     throw config::ConfigurationError(
         fmt::format("error: {} exists: choose another name, or use --force", arguments.out));
@@ -161,6 +185,12 @@ int convert_camera(const ConvertArguments& arguments, const Common& common) {
 
 int convert(const ConvertArguments& arguments, const Common& common) {
   if (arguments.inspect) {
+    const std::string ignored = !arguments.out.empty() ? "--out" : arguments.reading.value_option();
+    if (!ignored.empty())
+      throw config::ConfigurationError(
+          fmt::format("{}: error: --inspect shows the values as they are stored and writes nothing: remove one of the "
+                      "two",
+                      ignored));
     const InspectFileArguments inspect{arguments.reading.files, arguments.reading.layout, common.plugin_folders};
     return run_module("convert", &inspect);
   }

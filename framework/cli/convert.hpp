@@ -26,6 +26,8 @@ struct ReadingArguments {
 
   /// Adds all options except the files.
   void add_to(CLI::App& command);
+  /// First given option that states the meaning of values or the metadata of frames; empty: none.
+  std::string value_option() const;
 };
 
 /// Reads files and writes them as a capture. @param out path of the capture

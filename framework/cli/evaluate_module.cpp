@@ -5,6 +5,7 @@
 #include "cli/notes.hpp"
 #include "cli/progress.hpp"
 #include "config/diagnostics.hpp"
+#include "config/json_text.hpp"
 #include "io/output_file.hpp"
 
 #include <fmt/format.h>
@@ -39,7 +40,7 @@ int evaluate(const EvaluateArguments& arguments) {
   const report::Page page = calibration::evaluation_report(result);
   bar.finish();
   page.write(out / page_name);
-  io::write_file(out / json_name, calibration::evaluation_json(result).dump(2) + "\n");
+  io::write_file(out / json_name, config::json_text(calibration::evaluation_json(result), 2) + "\n");
   fmt::print("{}", calibration::evaluation_table(result));
   if (arguments.quiet) return 0;
   say_notes(result.now.notes);

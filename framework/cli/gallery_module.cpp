@@ -22,9 +22,10 @@ int gallery(const GalleryArguments& arguments) {
                                                  arguments.camera,
                                                  config::suggestion(arguments.camera, names, "cameras")));
   }
-  if (const std::string problem = io::output_problem(std::filesystem::path(arguments.out), arguments.force, "--force");
-      !problem.empty())
-    throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
+  const std::filesystem::path out = arguments.out;
+  std::string problem = io::input_problem(out, std::span(&profile, 1));
+  if (problem.empty()) problem = io::output_problem(out, arguments.force, "--force");
+  if (!problem.empty()) throw config::ConfigurationError(fmt::format("--out: error: {}", problem));
   const auto camera = io::load_profile(profile);
   if (const auto not_four = physics::not_the_four(physics::exposures_of(camera->view())); !not_four.empty())
     throw config::ConfigurationError(fmt::format("--camera {}: error: the gallery {}", arguments.camera, not_four));

@@ -3,6 +3,7 @@
 #include "cli/inspect.hpp"
 
 #include "cli/convert.hpp"
+#include "io/output_file.hpp"
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -45,7 +46,18 @@ bool is_hdf5(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()) == "\x89HDF";
 }
 
+/// @throws config::ConfigurationError if the page would replace a file that is read
+void check_page(const ReadingArguments& reading, const std::filesystem::path& page) {
+  if (page.empty()) return;
+  std::vector<std::filesystem::path> inputs(reading.files.begin(), reading.files.end());
+  inputs.emplace_back(reading.layout);
+  inputs.emplace_back(reading.run.camera);
+  if (const std::string problem = io::input_problem(page, inputs); !problem.empty())
+    throw config::ConfigurationError("--out: error: " + problem);
+}
+
 int inspect(ReadingArguments reading, InspectArguments arguments, const Common& common) {
+  check_page(reading, arguments.out);
   arguments.name = reading.files.size() == 1
                        ? reading.files.front()
                        : fmt::format("{} and {} more", reading.files.front(), reading.files.size() - 1);
@@ -53,7 +65,14 @@ int inspect(ReadingArguments reading, InspectArguments arguments, const Common& 
   arguments.capture = reading.files.front();
   // Another program's HDF5 file needs what it does not state; a capture states all of it.
   const bool is_stated = !reading.as.empty() || !reading.layout.empty();
-  if (reading.files.size() == 1 && !is_stated && is_hdf5(arguments.capture)) return run_module("inspect", &arguments);
+  if (reading.files.size() == 1 && !is_stated && is_hdf5(arguments.capture)) {
+    if (const std::string option = reading.value_option(); !option.empty())
+      throw config::ConfigurationError(
+          fmt::format("{}: error: a capture states this itself: remove it\n  a file of another program needs --as "
+                      "CHANNEL=DATASET, or a layout, as well",
+                      option));
+    return run_module("inspect", &arguments);
+  }
   const ScratchFolder scratch;
   arguments.layout = reading.layout;
   arguments.foreign = reading.files.front();

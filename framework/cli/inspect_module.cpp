@@ -3,6 +3,7 @@
 #include "cli/inspect.hpp"
 #include "config/diagnostics.hpp"
 #include "config/document.hpp"
+#include "config/json_text.hpp"
 #include "config/log.hpp"
 #include "foreign/header_check.hpp"
 #include "foreign/series.hpp"
@@ -87,7 +88,7 @@ int inspect(const InspectArguments& arguments) {
   }
   if (doubt) add_header_doubt(*doubt, *result);
   if (arguments.json)
-    fmt::print("{}\n", inspection::json_of(*result).dump(2));
+    fmt::print("{}\n", config::json_text(inspection::json_of(*result), 2));
   else
     fmt::print("{}", inspection::text_of(*result));
   if (!arguments.out.empty()) inspection::write_page(*result, arguments.out);

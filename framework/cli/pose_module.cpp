@@ -8,6 +8,7 @@
 #include "io/calibration.hpp"
 #include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
+#include "io/profile.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,14 +23,23 @@ namespace fs = std::filesystem;
 
 /// Wraps the capture and its pattern in a campaign with one condition, so that the same checks apply.
 io::Campaign campaign_of(const PoseArguments& arguments) {
+  config::Diagnostics diagnostics;
   std::string camera = arguments.camera;
-  if (camera.empty()) camera = io::CaptureReader(arguments.capture).header().camera;
+  io::CameraPtr recorded;
+  if (camera.empty()) {
+    const io::CaptureReader capture(arguments.capture);
+    const io::CaptureHeader& header = capture.header();
+    if (!header.profile.empty())
+      recorded = io::read_profile(config::parse_document("profile", header.profile), diagnostics);
+    // The profile in the capture may not be installed: an installed one stands in for it while the campaign is read.
+    camera = recorded ? "camcube2" : header.camera;
+  }
   const std::string text =
       fmt::format("campaign: 1\ncamera: {}\npattern: {}\nconditions:\n  - {{capture: {}}}\n", config::yaml_word(camera),
                   arguments.pattern, config::yaml_word(fs::absolute(arguments.capture).string()));
-  config::Diagnostics diagnostics;
   io::Campaign campaign = io::read_campaign(config::parse_document("--pattern", text), diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  if (recorded) campaign.camera = recorded;
   return campaign;
 }
 
@@ -45,7 +55,7 @@ std::string text_of(const calibration::BoardPose& pose, const io::Campaign& camp
 
 int pose(const PoseArguments& arguments) {
   if (!arguments.out.empty()) {
-    const fs::path inputs[] = {arguments.capture};
+    const fs::path inputs[] = {arguments.capture, arguments.camera};
     std::string problem = io::input_problem(arguments.out, inputs);
     if (problem.empty()) problem = io::output_problem(arguments.out, arguments.force, "--force");
     if (!problem.empty()) throw config::ConfigurationError("--out: error: " + problem);

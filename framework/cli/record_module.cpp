@@ -43,6 +43,10 @@ void check_options(const RecordArguments& arguments) {
   if (arguments.align) {
     if (!arguments.plan.empty()) refuse("--align", "records nothing; with a plan, answer 'look'");
     if (!arguments.out.empty()) refuse("--align", "records nothing: remove -o");
+    for (const auto& [option, given] :
+         {std::pair{"--frames", arguments.frames != 0}, std::pair{"--duration", !arguments.duration.empty()},
+          std::pair{"--comment", !arguments.comment.empty()}, std::pair{"--force", arguments.force}})
+      if (given) refuse(option, "--align records nothing and ends with Ctrl-C: remove it");
   } else if (arguments.out.empty()) {
     refuse("--out", "is missing: the capture to write\n         example: -o board.h5");
   }

@@ -24,13 +24,29 @@
 namespace tofgraph::cli {
 namespace {
 
-/// Reason why the statistics cannot be written, or empty.
-std::string statistics_problem(const RunArguments& arguments) {
+/// Name of a node that may write this file, or empty.
+std::string writer_of(const std::filesystem::path& path, const graph::Graph& graph) {
+  std::error_code error;
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(std::filesystem::absolute(path), error);
+  const io::OutputPattern file = io::OutputPattern::of_file(whole);
+  for (const auto& node : graph.nodes()) {
+    for (const io::OutputPattern& output : graph::output_files(*node))
+      if (output.overlaps(file)) return node->name;
+  }
+  return {};
+}
+
+/// Reason why the statistics cannot be written, or empty. @param graph whose files they must not replace; null: it is
+/// not built yet
+std::string statistics_problem(const RunArguments& arguments, graph::Graph* graph = nullptr) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
-  const std::filesystem::path pipeline = arguments.pipeline;
+  std::vector<std::filesystem::path> inputs(1, arguments.pipeline);
+  if (graph != nullptr) inputs.insert(inputs.end(), graph->host().inputs.begin(), graph->host().inputs.end());
   std::string problem = io::write_error(path);
-  if (problem.empty()) problem = io::input_problem(path, std::span(&pipeline, 1));
+  if (problem.empty()) problem = io::input_problem(path, inputs);
+  const std::string writer = graph != nullptr ? writer_of(path, *graph) : std::string();
+  if (problem.empty() && !writer.empty()) problem = fmt::format("node '{}' writes this file", writer);
   std::error_code error;
   if (problem.empty() && !arguments.force && std::filesystem::exists(path, error))
     problem = "the file exists\n         --force replaces it";
@@ -125,6 +141,8 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   std::optional<TimeLimit> time;
   if (std::isfinite(seconds)) time.emplace(seconds);
   const auto graph = build(document, arguments, common, arguments.force);
+  if (const std::string problem = statistics_problem(arguments, graph.get()); !problem.empty())
+    throw config::ConfigurationError(problem);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
   }

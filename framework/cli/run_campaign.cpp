@@ -184,6 +184,9 @@ class CampaignRun {
       result = runner.run();
     }
     frames_ += result.frames;
+    dropped_ += result.dropped;
+    for (const std::string& warning : result.warnings)
+      if (!common_.quiet) print_message(fmt::format("{}: warning: {}", condition.id, warning));
     if (!result.error.empty()) return result.error;
     if (result.interrupted) return {};
     if (result.frames == 0) return "no frame went through the pipeline";
@@ -224,9 +227,10 @@ class CampaignRun {
     }
     if (common_.quiet) return;
     print_message(
-        fmt::format("{} of {}, {} in {}", result_.conditions.size(),
+        fmt::format("{} of {}, {} in {}{}", result_.conditions.size(),
                     config::counted(campaign_.conditions.size(), "condition"), config::counted(frames_, "frame"),
-                    duration_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count())));
+                    duration_text(std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count()),
+                    dropped_ != 0 ? fmt::format(", {} dropped", config::counted(dropped_, "frame")) : ""));
     if (!failures_.empty()) print_message(fmt::format("failed: {}", fmt::join(failures_, ", ")));
     if (!result_.conditions.empty()) print_message(fmt::format("wrote {}", (out_ / campaign_name).string()));
   }
@@ -241,7 +245,7 @@ class CampaignRun {
   std::set<std::string> seen_;  ///< messages already printed
   std::vector<std::string> failures_;
   std::string camera_text_;
-  std::uint64_t frames_ = 0;
+  std::uint64_t frames_ = 0, dropped_ = 0;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
@@ -250,6 +254,7 @@ class CampaignRun {
 int run_campaign(const RunArguments& arguments, const Common& common) {
   if (arguments.out.empty()) refuse("--campaign", "needs a folder for the results, e.g. -o results");
   if (!arguments.stats.empty()) refuse("--stats", "is for one run, not for a campaign: remove it");
+  if (!arguments.time_limit.empty()) refuse("--time-limit", "is for one run, not for a campaign: remove it");
   if (arguments.validate) graph::set_validating();
   return CampaignRun(arguments, common).run();
 }

@@ -236,6 +236,14 @@ TEST_F(CameraFolder, AnExpiredCalibrationIsUsedWithANote) {
   EXPECT_THAT(tofgraph("run p.yaml --force").err, Not(HasSubstr("warning")));
 }
 
+TEST_F(CameraFolder, ADateThatDoesNotExistIsRefused) {
+  for (const std::string date : {"2026-99-99", "2026-02-30", "26-11-26", "2026-11-2 "}) {
+    const Outcome refused = tofgraph("camera add lab offset.yaml --valid-until '" + date + "'");
+    EXPECT_EQ(refused.exit_code, 2) << date;
+    EXPECT_THAT(refused.err, HasSubstr("'" + date + "' is not a date")) << date;
+  }
+}
+
 TEST_F(CameraFolder, APipelineWithItsOwnCorrectionsTakesTheFilesThatItLeavesOut) {
   add("offset.yaml");
   const Outcome run = tofgraph(

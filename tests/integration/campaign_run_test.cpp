@@ -118,6 +118,25 @@ TEST_F(CampaignRun, NeedsAFolderAndAPipelineThatReadsCaptures) {
   const Outcome no_reader = tofgraph("run \"simulator ! null\" --campaign campaign.yaml -o out");
   EXPECT_EQ(no_reader.exit_code, 2);
   EXPECT_THAT(no_reader.err, HasSubstr("capture_reader"));
+  const Outcome limited = tofgraph("run p.yaml --campaign campaign.yaml -o out --time-limit '5 min'");
+  EXPECT_EQ(limited.exit_code, 2);
+  EXPECT_THAT(limited.err, HasSubstr("--time-limit: error: is for one run, not for a campaign"));
+}
+
+TEST_F(CampaignRun, WarningsAndDroppedFramesOfEveryConditionAreReported) {
+  const Outcome masked = tofgraph(
+      "run \"capture_reader ! optimized_bistatic ! mask min_amplitude='100000 counts'\" --campaign campaign.yaml "
+      "-o masked");
+  EXPECT_EQ(masked.exit_code, 0) << masked.err;
+  EXPECT_THAT(masked.err, HasSubstr("near: warning: no pixel is valid in 30 frames at 'campaign_result'"));
+  EXPECT_THAT(masked.err, HasSubstr("far: warning: no pixel is valid in 40 frames at 'campaign_result'"));
+  write_text(path("slow.yaml"),
+             "pipeline: 1\nnodes:\n"
+             "  - {stage: capture_reader, file: near.h5, queue: {capacity: 1, policy: drop_oldest}}\n"
+             "  - {stage: make_depth, pause: 20 ms}\n");
+  const Outcome slow = tofgraph("run slow.yaml --campaign campaign.yaml -o slow --threads 1");
+  EXPECT_EQ(slow.exit_code, 0) << slow.err;
+  EXPECT_THAT(slow.err, HasSubstr("frames dropped"));
 }
 
 TEST_F(CampaignRun, TheOneLineFormNeedsNoFile) {

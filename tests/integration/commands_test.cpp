@@ -181,15 +181,27 @@ TEST(Files, InputsAreNeverReplaced) {
   write_text(folder.path() / "p.yaml", pipeline);
   write_text(folder.path() / "s.yaml", scene);
   write_text(folder.path() / "model.yaml", "model: 1\ncamera: camcube2\neffects: []\n");
+  for (const char* name : {"kept.h5", "kept.yaml"}) write_text(folder.path() / name, "kept");
   for (const std::string words :
-       {"run p.yaml --stats p.yaml", "simulate s.yaml -o s.yaml", "simulate s.yaml -o a.h5 --preview s.yaml",
-        "diagnose --model model.yaml --data p.yaml -o ."}) {
+       {"run p.yaml --stats p.yaml", "run 'simulator scene=s.yaml ! null' --stats s.yaml", "simulate s.yaml -o s.yaml",
+        "simulate s.yaml -o a.h5 --preview s.yaml", "diagnose --model model.yaml --data p.yaml -o .",
+        "inspect kept.h5 -o kept.h5", "convert kept.yaml -o kept.yaml", "gallery --camera ./kept.yaml -o kept.yaml",
+        "pose kept.h5 --pattern '{type: circles}' --camera ./kept.yaml -o kept.yaml"}) {
     const Outcome outcome = shell("$TOFGRAPH " + words + " --force", folder.path());
     EXPECT_EQ(outcome.exit_code, 2) << words;
     EXPECT_NE(outcome.err.find("is an input, so it cannot also be written"), std::string::npos) << words << outcome.err;
   }
   EXPECT_EQ(read_text(folder.path() / "p.yaml"), pipeline);
   EXPECT_EQ(read_text(folder.path() / "s.yaml"), scene);
+  for (const char* name : {"kept.h5", "kept.yaml"}) EXPECT_EQ(read_text(folder.path() / name), "kept");
+}
+
+TEST(Files, StatisticsReplaceNoOutputOfTheirRun) {
+  const TemporaryFolder folder;
+  const Outcome outcome = shell(
+      "\"$TOFGRAPH\" run 'ramp frames=3 ! notes path=out/b_{frame}.csv' --stats out/b_1.csv --force", folder.path());
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_TRUE(has(outcome.err, "--stats out/b_1.csv: error: node 'notes' writes this file")) << outcome.err;
 }
 
 TEST(Files, OfAFormerRunAreToldBehindALink) {

@@ -259,6 +259,11 @@ TEST_F(Inspect, WhatCannotBeInspectedIsOneError) {
   const Outcome other = inspect("a.h5 --camera camcube2");
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("176 x 144 px, the camera 'camcube2' has 204 x 204 px"));
+  for (const std::string option : {"--unit mm", "--invalid 0", "--integration-time '1 ms'", "--frame-rate '10 Hz'"}) {
+    const Outcome ignored = inspect("a.h5 " + option);
+    EXPECT_EQ(ignored.exit_code, 2) << option;
+    EXPECT_THAT(ignored.err, HasSubstr(option.substr(0, option.find(' ')) + ": error: a capture states this itself"));
+  }
 }
 
 }  // namespace

@@ -116,12 +116,14 @@ TEST_F(PoseCommand, IsThatOfTheSceneThroughAFisheye) {
   write_wide_camera();
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {-25.0, 10.0}, {10.0, 30.0}}) {
     simulate(x, y, 0, {"wide.yaml", 200, 0.5});
-    const Pose pose = find("--camera ./wide.yaml");
+    const Pose pose = find("--camera ./wide.yaml"), of_capture = find();
     const Matrix truth = board_rotation(x * degree, y * degree);
     EXPECT_LT(difference(pose.rotation, truth), 0.5) << x << " deg, " << y << " deg";
     // The optical centre is 3.2 mm before the sensor plane.
     for (std::size_t i = 0; i < 3; ++i)
       EXPECT_NEAR(pose.translation[i], -truth[6 + i] * (200 - 3.2), 2) << x << " deg, " << y << " deg, axis " << i;
+    for (std::size_t i = 0; i < 3; ++i)
+      EXPECT_NEAR(of_capture.translation[i], pose.translation[i], 1e-3) << "the profile in the capture, axis " << i;
   }
 }
 

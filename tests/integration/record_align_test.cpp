@@ -85,6 +85,12 @@ TEST_F(Align, SaysWhatDoesNotGoWithIt) {
   const Outcome both = run("\"$TOFGRAPH\" record --align --camera simulated:world.yaml -o a.h5");
   EXPECT_EQ(both.exit_code, 2);
   EXPECT_NE(both.err.find("--align: error: records nothing: remove -o"), std::string::npos) << both.err;
+  for (const std::string option : {"--frames 5", "--duration '3 s'", "--comment mine", "--force"}) {
+    const Outcome ignored = run("timeout 20 \"$TOFGRAPH\" record --align --camera simulated:world.yaml " + option);
+    EXPECT_EQ(ignored.exit_code, 2) << option;
+    const std::string words = option.substr(0, option.find(' ')) + ": error: --align records nothing";
+    EXPECT_NE(ignored.err.find(words), std::string::npos) << ignored.err;
+  }
   const Outcome none = run("\"$TOFGRAPH\" record --camera simulated:world.yaml");
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_NE(none.err.find("--out: error: is missing"), std::string::npos) << none.err;
