@@ -45,8 +45,8 @@ struct ChannelLayout {
 
 /// Metadata of frames: one number for all, or an array with one number per frame.
 struct PerFrame {
-  double value = io::unknown;  ///< SI
-  std::string array;           ///< empty: `value` is used
+  double value = io::unknown;  ///< SI; NaN: `array` is used
+  std::string array;           ///< empty: none
   std::string unit;            ///< of the array's values
 };
 

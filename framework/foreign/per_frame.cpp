@@ -14,7 +14,8 @@
 namespace tofgraph::foreign {
 
 std::vector<double> ForeignFrames::values_of(const PerFrame& what, std::string_view unit) {
-  if (what.array.empty()) return std::isnan(what.value) ? std::vector<double>{} : std::vector<double>{what.value};
+  if (!std::isnan(what.value)) return {what.value};  // an option replaces an array of the layout
+  if (what.array.empty()) return {};
   const double scale = scale_of(what.unit, std::string(unit), request_.files[0].string());
   std::vector<double> values;
   for (std::size_t f = 0; f < request_.files.size(); ++f) {
@@ -37,7 +38,7 @@ std::vector<double> ForeignFrames::values_of(const PerFrame& what, std::string_v
 std::vector<std::int64_t> ForeignFrames::exact_times(const PerFrame& what) {
   if (what.array.empty()) return {};
   const double nanoseconds = 1e9 * scale_of(what.unit, "s", request_.files[0].string());
-  if (nanoseconds < 1 || nanoseconds != std::round(nanoseconds)) return {};
+  if (nanoseconds < 1 || nanoseconds > 1e18 || nanoseconds != std::round(nanoseconds)) return {};
   std::vector<std::int64_t> times;
   for (std::size_t f = 0; f < request_.files.size(); ++f) {
     const ForeignFile& one = file(f);
@@ -46,9 +47,9 @@ std::vector<std::int64_t> ForeignFrames::exact_times(const PerFrame& what) {
     if (array.kind == TOFGRAPH_ELEMENT_FLOAT || array.bytes != 8 || array.elements() > frames_) return {};
     std::vector<std::int64_t> values(array.elements());
     one.read(index, 0, array.extent[0], values.data());
-    for (const std::int64_t value : values)
-      times.push_back(
-          static_cast<std::int64_t>(static_cast<std::uint64_t>(value) * static_cast<std::uint64_t>(nanoseconds)));
+    for (const std::int64_t value : values) {
+      if (__builtin_mul_overflow(value, static_cast<std::int64_t>(nanoseconds), &times.emplace_back())) return {};
+    }
   }
   return times.size() == frames_ ? times : std::vector<std::int64_t>{};
 }
@@ -65,8 +66,13 @@ void ForeignFrames::read_per_frame() {
   }
   timestamp_ns_ = exact_times(timestamp);
   if (timestamp_ns_.empty()) {
-    for (const double seconds : values_of(timestamp, "s"))
+    for (const double seconds : values_of(timestamp, "s")) {
+      if (!(std::abs(seconds) < 9.2e9))  // NaN, or beyond 64 bits of nanoseconds
+        throw ForeignError(
+            fmt::format("{}: '{}' has {:g} s for frame {}: time stamps must lie within 290 years of 1970",
+                        request_.files[0].string(), timestamp.array, seconds, timestamp_ns_.size()));
       timestamp_ns_.push_back(static_cast<std::int64_t>(std::llround(seconds * 1e9)));
+    }
   }
   if (modulation_frequency_.empty() && camera().modulation_frequency > 0)
     modulation_frequency_ = {camera().modulation_frequency};

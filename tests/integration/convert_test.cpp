@@ -11,8 +11,11 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <fstream>
+#include <limits>
 
 using namespace tofgraph::tests;
 using testing::AllOf;
@@ -108,6 +111,7 @@ TEST_F(Convert, ASeriesOfPicturesIsInTheOrderOfItsNumbersAndItsGapsAreLostFrames
   }
   EXPECT_EQ(frames<std::int64_t>("timestamp_ns")[3], 400'000'000);
   EXPECT_THAT(frames<std::uint64_t>("frame_number"), testing::ElementsAre(0, 1, 2, 4)) << "the gap is a lost frame";
+  EXPECT_THAT(tofgraph("info out.h5 --json").out, HasSubstr("\"duration_s\": 0.4")) << "the clock starts at 0";
 }
 
 TEST_F(Convert, NamesAreSortedNaturally) {
@@ -223,6 +227,40 @@ TEST_F(Convert, AFileWithoutAHeaderIsReadAsItsLayoutSays) {
     const std::size_t p = i % small_pixels, tap = i / small_pixels % 2, k = i / small_pixels / 2 % 4;
     ASSERT_EQ(taps[i], value(i / small_pixels / 8, k, p, tap)) << i;
   }
+}
+
+/// Two frames of depths, each followed by a number of eight bytes.
+TEST_F(Convert, ImpossibleTimesAreRefusedAndAnOptionReplacesAnArrayOfTheLayout) {
+  const auto converted = [this](const std::array<double, 2>& numbers, const std::string& type, const std::string& use,
+                                const std::string& options = "") {
+    std::string dump;
+    for (const double number : numbers) {
+      for (std::size_t i = 0; i < small_pixels; ++i) dump += "\xdc\x05";  // 1500
+      dump.append(reinterpret_cast<const char*>(&number), sizeof number);
+    }
+    write_text(path("dump.bin"), dump);
+    write_text(path("layout.yaml"),
+               "layout: 1\ncamera: ./tiny.yaml\narrays:\n  raw: {type: uint16, shape: [6, 8]}\n"
+               "  t: {type: " +
+                   type +
+                   ", shape: [1]}\nchannels:\n"
+                   "  depth: {array: raw, axes: row column, unit: mm}\n" +
+                   use + ": {array: t, unit: s}\n");
+    return tofgraph("convert dump.bin -o out.h5 --layout layout.yaml --force " + options);
+  };
+  const Outcome unknown = converted({0.5, std::numeric_limits<double>::quiet_NaN()}, "float64", "timestamp");
+  EXPECT_EQ(unknown.exit_code, 2) << unknown.err;
+  EXPECT_THAT(unknown.err, HasSubstr("'t' has nan s for frame 1: time stamps must lie within 290 years of 1970"));
+  const auto microseconds = std::bit_cast<double>(std::int64_t{1'700'000'000'000'000});
+  const Outcome large = converted({microseconds, microseconds}, "int64", "timestamp");
+  EXPECT_EQ(large.exit_code, 2) << large.err;
+  EXPECT_THAT(large.err, HasSubstr("'t' has 1.7e+15 s for frame 0: time stamps must"));
+  ASSERT_EQ(converted({0.5, 0.75}, "float64", "timestamp").exit_code, 0);
+  EXPECT_THAT(frames<std::int64_t>("timestamp_ns"), testing::ElementsAre(500'000'000, 750'000'000));
+  ASSERT_EQ(converted({1e-3, 4e-3}, "float64", "integration_time").exit_code, 0);
+  EXPECT_THAT(frames<double>("integration_time_s"), testing::ElementsAre(1e-3, 4e-3));
+  ASSERT_EQ(converted({1e-3, 4e-3}, "float64", "integration_time", "--integration-time '2 ms'").exit_code, 0);
+  EXPECT_THAT(frames<double>("integration_time_s"), testing::ElementsAre(2e-3, 2e-3));
 }
 
 /// Twelve bits in two's complement below four status bits, and an amplitude image rotated by 180 degrees.
@@ -520,6 +558,9 @@ TEST_F(Convert, ErrorsNameTheOptionAndNotAPipeline) {
               AllOf(StartsWith("--camera: error: "), HasSubstr("tofgraph convert camera.yml -o my_camera.yaml")));
   EXPECT_THAT(error_of("--camera ./tiny.yaml --as depth --unit mm --modulation-frequency '20 MHz, 100 MHz'"),
               AllOf(StartsWith("--modulation-frequency: error: "), HasSubstr("greatest common divisor")));
+  EXPECT_THAT(error_of("--inspect"), StartsWith("--out: error: --inspect shows the values as they are stored"));
+  EXPECT_THAT(tofgraph("convert depth.png --inspect --unit mm").err, StartsWith("--unit: error: --inspect"));
+  EXPECT_THAT(tofgraph("convert camera.yml -o profile.yaml --unit mm").err, StartsWith("--unit: error: is for images"));
   write_text(path("there.h5"), "");
   EXPECT_THAT(
       tofgraph("convert depth.png -o there.h5 --camera ./tiny.yaml --as depth --unit mm").err,

@@ -62,7 +62,7 @@ TEST_F(CaptureFile, GivesMetadataInSiAndSaysWhatIsKnown) {
   RawCapture(path)
       .head(2, 1)
       .dataset("depth", {3, 1, 2}, ramp(6))
-      .dataset<std::int64_t>("timestamp_ns", {3}, {0, 11, 12})
+      .dataset<std::int64_t>("timestamp_ns", {3}, {10, 11, 0})
       .dataset<double>("integration_time_s", {3}, {1e-3, 2e-3, 3e-3})
       .dataset<double>("modulation_frequency_hz", {3}, {20e6, std::nan(""), 20e6})
       .dataset<float>("temperature_c", {3}, {25, -10, 0})
@@ -80,7 +80,20 @@ TEST_F(CaptureFile, GivesMetadataInSiAndSaysWhatIsKnown) {
       0U | TOFGRAPH_KNOWS_INTEGRATION_TIME | TOFGRAPH_KNOWS_TEMPERATURE | TOFGRAPH_KNOWS_TIME_SINCE_POWER_ON;
   EXPECT_EQ(reader.known(0, 2), always);
   EXPECT_EQ(reader.known(1, 1), always | TOFGRAPH_KNOWS_TIMESTAMP);
-  EXPECT_EQ(reader.known(2, 2), always | TOFGRAPH_KNOWS_TIMESTAMP | TOFGRAPH_KNOWS_MODULATION_FREQUENCY);
+  EXPECT_EQ(reader.known(2, 2), always | TOFGRAPH_KNOWS_MODULATION_FREQUENCY);
+}
+
+TEST_F(CaptureFile, AClockMayStartAtZero) {
+  const auto knows_time = [&](std::int64_t second) {
+    RawCapture(path)
+        .head(2, 1)
+        .dataset("depth", {2, 1, 2}, ramp(4))
+        .dataset<std::int64_t>("timestamp_ns", {2}, {0, second})
+        .dataset<double>("integration_time_s", {2}, {1e-3, 1e-3});
+    return (CaptureReader(path).known(0, 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0;
+  };
+  EXPECT_TRUE(knows_time(11));
+  EXPECT_FALSE(knows_time(0));
 }
 
 TEST_F(CaptureFile, TheRealRecordingIsReadBitForBit) {

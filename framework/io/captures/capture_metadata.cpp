@@ -11,12 +11,12 @@
 namespace tofgraph::io::h5 {
 
 bool MetadataArray::knows(std::size_t first, std::size_t last) const {
-  const auto unknown = [this](const layout::Element& element) {
-    return kind->known == TOFGRAPH_KNOWS_TIMESTAMP ? element.integer == 0 : std::isnan(element.number);
-  };
-  const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto end = values.begin() + static_cast<std::ptrdiff_t>(last) + 1;
-  return std::none_of(begin, end, unknown);
+  const bool is_time = kind->known == TOFGRAPH_KNOWS_TIMESTAMP;
+  // A time stamp of 0 is unknown, but a clock may start at 0.
+  const bool starts_at_0 = is_time && values.size() > 1 && values[0].integer == 0 && values[1].integer != 0;
+  for (std::size_t i = first == 0 && starts_at_0 ? 1 : first; i <= last; ++i)
+    if (is_time ? values[i].integer == 0 : std::isnan(values[i].number)) return false;
+  return true;
 }
 
 const layout::Metadata* metadata_kind(const std::string& name) {
