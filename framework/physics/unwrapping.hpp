@@ -100,6 +100,17 @@ class Unwrapping {
   long first_ = 0, last_ = 0;
 };
 
+/// Distance after which decoded distances repeat, m; 0: never, or unknown.
+/// @param stated modulation frequency of the frame, Hz: that of the distances if there is only one; NaN: unknown
+/// @param nominal that of the camera, Hz, for frames that state none; NaN: unknown
+inline double repeat_of(const Exposures& exposures, double stated, double nominal) {
+  const double own = stated > 0 ? stated : nominal;
+  if (exposures[0].frequency == 0 && !(own > 0)) return 0;
+  const std::vector<double> frequencies = each_once(frequencies_of(exposures, own));
+  if (frequencies.size() == 1) return unambiguous_range(stated > 0 ? stated : frequencies[0]);
+  return common_frequency(frequencies) > 0 ? Unwrapping(frequencies).repeat() : 0;
+}
+
 /// Distance and amplitude of one pixel from any exposures: the reference implementation of phase_decoder, for samples
 /// of equal variance.
 class PhaseDecoding {
@@ -126,6 +137,7 @@ class PhaseDecoding {
       const double scale = unwrapping_.ranges()[b] / two_pi, square = x * x + y * y;
       double distance = scale * std::atan2(y, x);
       if (distance < 0) distance += unwrapping_.ranges()[b];
+      if (distance >= unwrapping_.ranges()[b]) distance = 0;  // a tiny negative one rounds up to the range
       distances[b] = distance;
       weights[b] = square * square / (scale * scale * (x * x * fit.yy - 2 * x * y * fit.xy + y * y * fit.xx));
       amplitude += std::sqrt(square) / static_cast<double>(fits_.size());

@@ -106,6 +106,8 @@ struct Decoder : Filter {
       throw std::runtime_error(std::string("phases are ") + element_name(raw.type) +
                                ", expected float32, int16 or int32");
     }
+    if (physics::not_one_frequency(exposures_).empty())  // see pass_on_frequency()
+      setup.set_frames(setup.stream().frames, setup.stream().known | TOFGRAPH_KNOWS_MODULATION_FREQUENCY);
     flags.provide(setup);
     lengths_.prepare(setup, {});
     if (taps.present()) intensity.provide(setup);
@@ -127,6 +129,14 @@ struct Decoder : Filter {
                              : exposures_[0].frequency > 0 ? exposures_[0].frequency
                                                            : frame.metadata().modulation_frequency;
     if (!(frequency > 0)) throw std::runtime_error("the modulation frequency of the frame is unknown");
+    return frequency;
+  }
+
+  /// Modulation frequency of a frame of one frequency, Hz. The frame states it from here on, so that later stages use
+  /// that of the distances. @throws std::runtime_error if it is unknown
+  double pass_on_frequency(const Frame& frame) const {
+    const double frequency = frequency_of(frame);
+    frame.metadata().modulation_frequency = frequency;
     return frequency;
   }
 

@@ -124,7 +124,7 @@ struct FourPhaseDecoder final : Decoder {
   }
 
   void process(Frame& frame) const {
-    const double frequency = frequency_of(frame);
+    const double frequency = pass_on_frequency(frame);
     DecoderSettings settings = settings_;
     settings.metres_per_radian = static_cast<float>(physics::metres_per_radian(frequency));
     settings.range = static_cast<float>(physics::unambiguous_range(frequency));

@@ -16,10 +16,10 @@ namespace tofgraph {
 
 /// Fuses frames of alternating integration times, pixel by pixel: the mean of a length weighted by 1 / sigma^2 over the
 /// frames in which the pixel is valid and not saturated, sigma = (sum 1 / sigma^2)^(-1/2). Amplitudes have the same
-/// weights and are scaled to the longest time. A pixel that is good in no frame is invalid, with the flags of all
-/// frames. Corrections that depend on the integration time must come before. Distances are averaged modulo the
-/// unambiguous range, which keeps the mean of pixels near its end correct. Metadata and other channels are those of the
-/// last frame.
+/// weights and are scaled to the longest time, which becomes that of the frame. A pixel that is good in no frame is
+/// invalid, with the flags of all frames. Corrections that depend on the integration time must come before. Distances
+/// are averaged modulo the distance at which they repeat, which keeps the mean of pixels near its end correct. Other
+/// metadata and channels are those of the last frame.
 ///
 /// by: frequency fuses frames of alternating modulation frequencies: the most likely distance over all wraps of the
 /// frequencies, as in phase_decoder. A pixel that is not good in one of the frames is invalid; one whose second best
@@ -62,9 +62,10 @@ struct HdrFusion final : Filter {
     setup.set_frames(come / wanted, setup.stream().known);
     flags.provide(setup);
     lengths_.prepare(setup, {image.channel(), "sigma"});
-    // Half paths repeat at the unambiguous range; ranges and depths are assumed to be unwrapped.
-    const double frequency = setup.stream().camera != nullptr ? setup.stream().camera->modulation_frequency : 0;
-    if (std::string_view(image.channel()) == "distance" && frequency > 0) period_ = 299792458.0 / (2 * frequency);
+    if (std::string_view(image.channel()) != "distance") return;  // ranges and depths are assumed to be unwrapped
+    steps_ = physics::exposures_of(setup.exposures());
+    if (const tofgraph_camera* camera = setup.stream().camera; camera != nullptr)
+      nominal_ = camera->modulation_frequency;
   }
 
   /// @returns false while the frames of a bracket are being collected
@@ -72,7 +73,10 @@ struct HdrFusion final : Filter {
     const Array<float> lengths = image(frame), deviations = sigma(frame), light = amplitude(frame);
     const Array<std::uint16_t> bits = flags(frame, lengths.rows(), lengths.columns());
     const double time = setting_of(frame);
-    if (times_.empty()) pixels_.assign(lengths.size(), {});
+    if (times_.empty()) {
+      pixels_.assign(lengths.size(), {});
+      period_ = steps_.empty() ? 0 : physics::repeat_of(steps_, frame.metadata().modulation_frequency, nominal_);
+    }
     times_.push_back(time);
     if (by_frequency()) {
       exposures_.push_back({time,
@@ -94,13 +98,14 @@ struct HdrFusion final : Filter {
       const Pixel& p = pixels_[i];
       const bool seen = p.weight > 0;
       double mean = p.reference + p.sum / p.weight;
-      if (period_ > 0) mean -= period_ * std::floor(mean / period_);
+      if (p.reference < period_) mean -= period_ * std::floor(mean / period_);  // others are unwrapped
       lengths[i] = seen ? static_cast<float>(mean) : nan;
       deviations[i] = seen ? static_cast<float>(1 / std::sqrt(p.weight)) : nan;
       if (light.data() != nullptr) light[i] = seen ? static_cast<float>(p.rate / p.weight * longest) : nan;
       bits[i] = seen ? p.good_flags : static_cast<std::uint16_t>(p.all_flags | flag::invalid);
     }
     times_.clear();
+    frame.metadata().integration_time = longest;  // of the amplitude
     lengths_.invalidate(frame, bits);
     return true;
   }
@@ -210,8 +215,10 @@ struct HdrFusion final : Filter {
     if (light.data() != nullptr) p.rate += weight * double{light[i]} / time;
   }
 
-  double period_ = 0;          // m; 0: lengths do not wrap
-  std::vector<double> times_;  // s; by frequency: Hz
+  physics::Exposures steps_;                                   // of the frames; empty: lengths do not wrap
+  double nominal_ = std::numeric_limits<double>::quiet_NaN();  // Hz, the camera's frequency
+  double period_ = 0;                                          // m, of the bracket; 0: lengths do not wrap
+  std::vector<double> times_;                                  // s; by frequency: Hz
   std::vector<Exposure> exposures_;
   std::vector<Pixel> pixels_;
   OtherLengths lengths_;

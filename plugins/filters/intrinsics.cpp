@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace tofgraph {
 ///
 /// rectify: every image is resampled to a pinhole of that focal length and principal point, bilinearly. Lengths become
 /// invalid unless all four source pixels exist and are valid; sigma is that of the interpolation, and flags are
-/// combined. Lengths are also interpolated across edges: rectify raw samples where that matters.
+/// combined. Taps stay saturated. Lengths are also interpolated across edges: rectify raw samples where that matters.
 struct Intrinsics final : Filter {
   InOut<float> rays{this, "rays", {.text = "unit vector of each pixel, recomputed"}};
   InOut<void> every{this, "*", {.text = "images are resampled if rectify is true"}};
@@ -165,6 +166,7 @@ struct Intrinsics final : Filter {
                                        : "the points that were recorded are not an image: read the recording without "
                                          "them, e.g. channels: [range, amplitude, flags] of capture_reader");
     rectification_ = Rectification(camera);
+    if (camera.full_well > 0) full_well_ = std::min(camera.full_well, full_well_);
     const std::size_t inside = rectification_.inside(), pixels = rectification_.pixels();
     if (inside == 0)
       throw ConfigError("rectify", "no pixel of the rectified image lies within the image: check the lens");
@@ -205,13 +207,15 @@ struct Intrinsics final : Filter {
 
   void resample(const Frame& frame, const std::string& name, const Array<std::uint16_t>& bits) const {
     const tofgraph_view image = frame.modify(name.c_str());
+    const double full = name == "taps" ? full_well_ : std::numeric_limits<double>::infinity();
+    const auto counts = [&](auto* in, auto* out) { rectification_.counts(in, out, full); };
     switch (image.type) {
       case TOFGRAPH_TYPE_U16:
-        return each_slice<std::uint16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+        return each_slice<std::uint16_t>(image, counts);
       case TOFGRAPH_TYPE_I16:
-        return each_slice<std::int16_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+        return each_slice<std::int16_t>(image, counts);
       case TOFGRAPH_TYPE_I32:
-        return each_slice<std::int32_t>(image, [this](auto* in, auto* out) { rectification_.counts(in, out); });
+        return each_slice<std::int32_t>(image, counts);
       default:
         break;
     }
@@ -251,6 +255,7 @@ struct Intrinsics final : Filter {
 
   SerialCheck check_serial_{this};
   Rectification rectification_;
+  double full_well_ = 65535;  // counts, of a saturated tap
   OtherLengths lengths_;
   std::vector<std::string> images_;
 };

@@ -5,6 +5,7 @@
 #include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -25,14 +26,15 @@ namespace tofgraph {
 /// of the phase is that of the sample divided by the squared amplitude, times 2 / P for P equal steps.
 /// null_channel: the variance of the samples is measured in the component that light of this frequency does not affect
 /// (N2 = c0 - c1 + c2 - c3 for four steps), as a function of the amplitude. frames: half of the variance of the
-/// difference from the previous frame with the same integration time; the first frame is dropped. For still
-/// scenes. spatial: second differences along the rows of one frame. For values that have not been smoothed.
+/// difference from the previous frame with the same integration time and frequency; the first frame is dropped. For
+/// still scenes. spatial: second differences along the rows of one frame. For values that have not been smoothed.
 ///
 /// The last three fit variance x amplitude^2 = a + b amplitude to medians of groups of pixels with similar amplitude:
 /// edges and moving objects have no influence while they are a minority. Without an amplitude, frames and spatial give
-/// one sigma per tile of 16 x 16 px, or that of the frame if the tile has few valid pixels. Noise common to neighbours
-/// or frames (fixed patterns, drift) is not detected. A pixel without an amplitude becomes invalid. Ranges get the
-/// sigma of the distance, depths that multiplied by cos(angle of the ray): exact for a light source next to the lens.
+/// one sigma per tile of 16 x 16 px, or that of the frame if the tile has few valid pixels or mostly equal values.
+/// Noise common to neighbours or frames (fixed patterns, drift) is not detected. A pixel without an amplitude becomes
+/// invalid. Ranges get the sigma of the distance, depths that multiplied by cos(angle of the ray): exact for a light
+/// source next to the lens.
 struct NoiseModel final : Filter {
   InOut<float> image{this, "distance|range|depth", {.text = "channel whose sigma is computed"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed by profile and null_channel"}};
@@ -83,7 +85,7 @@ struct NoiseModel final : Filter {
     lengths_.prepare(setup, {image.channel(), "sigma"});
   }
 
-  /// @returns false for the first frame of each integration time if frames are compared
+  /// @returns false for the first frame of each integration time and frequency if frames are compared
   bool process(Frame& frame) {
     const Array<float> lengths = image(frame);
     const Array<float> deviations = sigma(frame, lengths.rows(), lengths.columns());
@@ -172,10 +174,11 @@ struct NoiseModel final : Filter {
   /// Ratio of sigma of the distance to a sample's relative deviation, m. Frequencies are combined by 1 / sigma^2.
   double metres_per_relative(const Frame& frame) const {
     double weights = 0;
+    const double stated = frame.metadata().modulation_frequency;  // a decoder of one frequency states the one it used
     for (const physics::PhaseFit& fit : fits_) {
-      const double own =
-          frame.metadata().modulation_frequency > 0 ? frame.metadata().modulation_frequency : camera_frequency_;
-      const double metres = physics::metres_per_radian(fit.frequency > 0 ? fit.frequency : own);
+      const bool one_stated = fits_.size() == 1 && stated > 0;
+      const double own = stated > 0 ? stated : camera_frequency_;
+      const double metres = physics::metres_per_radian(fit.frequency > 0 && !one_stated ? fit.frequency : own);
       weights += 2 / (metres * metres * (fit.xx + fit.yy));
     }
     if (!(weights > 0)) throw std::runtime_error("the modulation frequency of the frame is unknown");
@@ -211,11 +214,13 @@ struct NoiseModel final : Filter {
           light[i] > 0 ? static_cast<float>(scale * std::sqrt(law.variance(light[i])) / light[i]) * cosine(i) : nan;
   }
 
-  /// Compares with the previous frame of the same integration time. @returns false if there is none
+  /// Compares with the previous frame of the same integration time and frequency. @returns false if there is none
   bool by_frames(const Frame& frame, const Array<float>& lengths, const Array<std::uint16_t>& bits,
                  const Array<float>& deviations) {
-    const double time = frame.metadata().integration_time;
-    std::vector<float>& before = before_[time > 0 ? time : 0];
+    const tofgraph_metadata& metadata = frame.metadata();
+    const auto known = [](double setting) { return setting > 0 ? setting : 0; };
+    std::vector<float>& before =
+        before_[std::array<double, 2>{known(metadata.integration_time), known(metadata.modulation_frequency)}];
     const bool comparable = before.size() == lengths.size();
     if (comparable) {
       constexpr float scale = 0.70710678F;  // for the difference of two frames
@@ -239,10 +244,11 @@ struct NoiseModel final : Filter {
       return;
     }
     tiles_.estimate(residuals_, bits.rows(), bits.columns());
+    const auto of_frame = static_cast<float>(std::sqrt(law.variance(1)));
     for (std::size_t i = 0; i < deviations.size(); ++i) {
       const std::size_t row = i / bits.columns(), column = i % bits.columns();
-      deviations[i] = tiles_.count(row, column) < min_of_tile ? static_cast<float>(std::sqrt(law.variance(1)))
-                                                              : tiles_.at(row, column);
+      const float own = tiles_.count(row, column) < min_of_tile ? 0 : tiles_.at(row, column);
+      deviations[i] = own > 0 ? own : of_frame;  // 0: rounded more coarsely than the noise
     }
   }
 
@@ -310,7 +316,7 @@ struct NoiseModel final : Filter {
   std::vector<Rest> rests_;
   std::vector<float> cosines_, rest_, residuals_;
   std::vector<Residual> collected_;
-  std::map<double, std::vector<float>> before_;  // by integration time, s; 0: unknown
+  std::map<std::array<double, 2>, std::vector<float>> before_;  // by integration time, s, and frequency, Hz; 0: unknown
   TileNoise tiles_;
   OtherLengths lengths_;
 };

@@ -14,9 +14,10 @@
 
 namespace tofgraph {
 
-/// Mirrors images, then rotates them clockwise. Lens, rays, light sources and points are transformed too, so that
-/// clouds show the same scene in the new axes; with `camera: kept` only the images change, for a recording whose images
-/// are oriented differently from its profile. Channels other than images of the camera's size are unchanged.
+/// Mirrors images, then rotates them clockwise. Lens, rays, light sources, points and normals are transformed too, so
+/// that clouds show the same scene in the new axes; with `camera: kept` only the images change, for a recording whose
+/// images are oriented differently from its profile. Points that were moved into the world's frame keep their
+/// coordinates. Channels other than images of the camera's size are unchanged.
 struct Orient final : Filter {
   InOut<void> every{this, "*", {.text = "images are mirrored and turned"}};
   Param<Choice> mirror{this,
@@ -44,6 +45,7 @@ struct Orient final : Filter {
           "a turn by " + *turn + " deg exchanges width and height, which does not fit the camera: use camera: turned");
     if (swaps() && *camera == "turned" && before.skew != 0)
       throw ConfigError("turn", "by 90 or 270 deg is impossible for a lens with a skew");
+    in_camera_frame_ = !is_moved(setup.find("points")) && !is_moved(setup.find("normals"));
     for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
     if (images_.empty()) throw std::runtime_error("the input has no image of the camera's size");
     if (*camera == "turned") turn_camera(setup);
@@ -92,14 +94,23 @@ struct Orient final : Filter {
     y = new_y;
   }
 
+  /// Returns whether vectors are given in another frame than the camera's. @param channel null: there is none
+  static bool is_moved(const tofgraph_channel* channel) {
+    const std::string_view applied = channel != nullptr ? channel->applied : "";
+    return applied.find("T_world_camera") != std::string_view::npos ||
+           applied.find("transform") != std::string_view::npos;
+  }
+
   void announce(const Setup& setup, const tofgraph_channel& channel) {
-    if (std::string_view(channel.name) == "rays") return;  // rays of the camera
+    const std::string_view name = channel.name;
+    if (name == "rays") return;  // rays of the camera
     std::uint32_t axis = 0;
     while (axis + 1 < channel.rank && (channel.extent[axis] != height_ || channel.extent[axis + 1] != width_)) ++axis;
     if (axis + 1 >= channel.rank) return;
     names_.emplace_back(channel.name);
     units_.emplace_back(channel.unit);
-    Image image{channel, 1, element_size(channel.type), std::string_view(channel.name) == "points"};
+    const bool vectors = in_camera_frame_ && (name == "points" || name == "normals");
+    Image image{channel, 1, element_size(channel.type), vectors};
     for (std::uint32_t i = 0; i < axis; ++i) image.planes *= channel.extent[i];
     for (std::uint32_t i = axis + 2; i < channel.rank; ++i) image.pixel *= channel.extent[i];
     if (swaps()) std::swap(image.made.extent[axis], image.made.extent[axis + 1]);
@@ -170,6 +181,7 @@ struct Orient final : Filter {
   }
 
   std::size_t width_ = 0, height_ = 0;
+  bool in_camera_frame_ = true;  // the points and normals
   Row x_{1, 0}, y_{0, 1};
   std::deque<std::string> names_, units_;
   std::vector<Image> images_;

@@ -114,7 +114,7 @@ struct PhaseDecoder final : Decoder {
 
   void process(Frame& frame) const {
     PhaseSettings settings = settings_;
-    if (bands_.size() == 1) set_frequency(settings, 0, frequency_of(frame));
+    if (bands_.size() == 1) set_frequency(settings, 0, pass_on_frequency(frame));
     decode_frame(frame, [&](const DecoderImages& images) {
       HWY_DYNAMIC_DISPATCH(DecodePhases)(settings, images, bands_.size());
     });

@@ -69,12 +69,19 @@ class Rectification {
     });
   }
 
-  /// Counts are rounded to integers; 0 without a source, which the flags show.
-  template <class T> void counts(const T* in, T* out) const {
-    each(out, T{0}, [in](const Source& s) {
+  /// Counts are rounded to integers; 0 without a source, which the flags show. If one of the four is saturated, the
+  /// greatest is kept, so that the result is saturated too.
+  /// @param full smallest count of a saturated tap; infinity: none is
+  template <class T> void counts(const T* in, T* out, double full) const {
+    each(out, T{0}, [in, full](const Source& s) {
       double sum = 0.5;
-      for (std::uint32_t k = 0; k < 4; ++k) sum += static_cast<double>(s.weight[k]) * in[s.pixel(k)];
-      return static_cast<T>(std::floor(sum));
+      T greatest = in[s.first];
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const T value = in[s.pixel(k)];
+        greatest = std::max(greatest, value);
+        sum += static_cast<double>(s.weight[k]) * value;
+      }
+      return static_cast<double>(greatest) >= full ? greatest : static_cast<T>(std::floor(sum));
     });
   }
 

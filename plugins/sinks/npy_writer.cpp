@@ -41,7 +41,7 @@ struct NpyWriter final : Sink {
     }
     if (shape != shape_ || view.type != type_)
       throw std::runtime_error("'" + *channel + "' changes its size or type: an array cannot hold it");
-    std::uint64_t bytes = element_bytes();
+    std::uint64_t bytes = element_size(type_);
     for (const std::uint64_t extent : shape) bytes *= extent;
     file_->write(std::as_bytes(std::span(static_cast<const char*>(view.data), bytes)));
     ++frames_;
@@ -59,16 +59,30 @@ struct NpyWriter final : Sink {
   }
 
  private:
-  std::uint64_t element_bytes() const { return type_ == TOFGRAPH_TYPE_U16 || type_ == TOFGRAPH_TYPE_I16 ? 2 : 4; }
+  /// NumPy's name of the element type, without the byte order.
+  static const char* kind_of(std::uint32_t type) {
+    switch (type) {
+      case TOFGRAPH_TYPE_F32:
+        return "f4";
+      case TOFGRAPH_TYPE_F64:
+        return "f8";
+      case TOFGRAPH_TYPE_U8:
+        return "u1";
+      case TOFGRAPH_TYPE_U16:
+        return "u2";
+      case TOFGRAPH_TYPE_I16:
+        return "i2";
+      case TOFGRAPH_TYPE_I32:
+        return "i4";
+      default:
+        throw std::runtime_error(std::string("NumPy's name of the type ") + element_name(type) + " is unknown");
+    }
+  }
 
   /// Header of format 1.0, padded to 256 bytes so that the number of frames can be updated.
   std::string header() const {
-    const char* kind = type_ == TOFGRAPH_TYPE_U16   ? "u2"
-                       : type_ == TOFGRAPH_TYPE_I16 ? "i2"
-                       : type_ == TOFGRAPH_TYPE_I32 ? "i4"
-                                                    : "f4";
-    std::string text = std::string("{'descr': '") + (std::endian::native == std::endian::little ? '<' : '>') + kind +
-                       "', 'fortran_order': False, 'shape': (" + std::to_string(frames_);
+    std::string text = std::string("{'descr': '") + (std::endian::native == std::endian::little ? '<' : '>') +
+                       kind_of(type_) + "', 'fortran_order': False, 'shape': (" + std::to_string(frames_);
     for (const std::uint64_t extent : shape_) text += ", " + std::to_string(extent);
     text += "), }";
     constexpr std::size_t size = 256, begin = 10;

@@ -196,6 +196,27 @@ TEST_F(Exposures, OfACaptureStayThoughAProfileSaysOtherwise) {
   EXPECT_NE(read_text(folder.path() / "first.csv"), read_text(folder.path() / "third.csv"));
 }
 
+/// The frames state no frequency: the later stages and the capture have that of the decoder.
+TEST_F(Exposures, TheFrequencyOfADecoderIsPassedOn) {
+  write("small.yaml", profile_with(""));
+  {
+    RawCapture raw(folder.path() / "own.h5");
+    std::vector<float> phases;
+    for (const double c : {1000.0, 500.0, -1000.0, -500.0}) phases.insert(phases.end(), 24 * 32, static_cast<float>(c));
+    raw.head(32, 24, 1, "tofgraph-capture", "small");
+    raw.dataset("phases", {1, 4, 24, 32}, phases).metadata(1, 1e-3);
+  }
+  for (const std::string decoder : {"four_phase_decoder", "phase_decoder"}) {
+    const Outcome decoded = run("run 'capture_reader file=own.h5 ! " + decoder +
+                                " modulation_frequency=18MHz ! optimized_bistatic ! non_local_means guide=amplitude ! "
+                                "capture_writer path=decoded.h5 channels=[depth]' --camera ./small.yaml --force");
+    ASSERT_EQ(decoded.exit_code, 0) << decoded.err;
+    const auto stated = raw_values<double>(folder.path() / "decoded.h5", "/frames/modulation_frequency_hz");
+    ASSERT_EQ(stated.size(), 1U) << decoder;
+    EXPECT_NEAR(stated[0], 18e6, 1e-3) << decoder;
+  }
+}
+
 TEST_F(Exposures, OfASourceAreItsOwn) {
   std::string small = profile_with("");
   small.replace(small.find("width: 32\nheight: 24"), 20, "width: 6\nheight: 4 ");

@@ -160,6 +160,22 @@ TEST_F(RecordingWriters, ARecordingSurvivesNumPy) {
   EXPECT_EQ(numpy.out, "float32 (3, 6, 8) uint16 (3, 6, 8) 3 3\n");
 }
 
+TEST_F(RecordingWriters, NumPyHasTheBytesOfAByteChannel) {
+  const std::string images = "abcd";
+  std::string dump;
+  for (const char image : images) dump += std::string(512, image) + std::string(4 * small_pixels, '\0');
+  write_text(path("a.raw"), dump);
+  const Outcome written = tofgraph(
+      "run 'pmd_raw_reader file=a.raw phase_order=[0,1,2,3] ! npy_writer path=h.npy channel=raw_headers' "
+      "--camera ./tiny.yaml");
+  ASSERT_EQ(written.exit_code, 0) << written.err;
+  const std::string array = read_text(path("h.npy"));
+  ASSERT_EQ(array.size(), 256 + 4 * 512U);
+  EXPECT_THAT(array.substr(0, 256), HasSubstr("u1', 'fortran_order': False, 'shape': (1, 4, 512)"));
+  for (std::size_t i = 0; i < images.size(); ++i)
+    EXPECT_EQ(array.substr(256 + 512 * i, 512), std::string(512, images[i])) << i;
+}
+
 TEST_F(RecordingWriters, SixteenBitPicturesFollowTheConventionOfRos) {
   ASSERT_EQ(run("image_writer path=d_{frame}.png channel=depth format=uint16").exit_code, 0);
   const Outcome outcome = tofgraph("convert 'd_*.png' -o out.h5 --force --camera ./tiny.yaml --as depth --unit mm");

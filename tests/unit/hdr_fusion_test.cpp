@@ -8,6 +8,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/program.hpp"
+#include "tests/unit/cameras.hpp"
 #include "tests/unit/message_of.hpp"
 #include "tests/unit/raw_capture.hpp"
 
@@ -72,6 +73,52 @@ TEST(HdrFusion, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
     }
     EXPECT_NEAR(stage.get<float>("distance")[0], mean, 1e-5) << first << " m first";
   }
+}
+
+/// Fuses the distances of two frames.
+double fused(const std::string& camera, double frequency, float first, float second) {
+  Harness stage("hdr_fusion");
+  stage.camera(camera);
+  for (const auto& [distance, time] : {std::pair{first, 1e-3}, {second, 2e-3}}) {
+    stage.put<float>("distance", {1, 1}, {distance});
+    stage.put<float>("sigma", {1, 1}, {0.01F}, {.of = "distance"});
+    stage.metadata().integration_time = time;
+    stage.metadata().modulation_frequency = frequency;
+    stage.run();
+  }
+  return double{stage.get<float>("distance")[0]};
+}
+
+TEST(HdrFusion, DistancesRepeatAtTheRangeOfTheFrames) {
+  constexpr double range = 299792458.0 / 60e6;  // m
+  EXPECT_NEAR(fused("camcube2", 30e6, 4.990F, 0.004F), (4.990 + range + 0.004) / 2, 1e-5)
+      << "the nominal range of the camera is 7.49 m";
+  EXPECT_NEAR(fused("camcube2", 15e6, 9.00F, 9.02F), 9.01, 1e-5);
+  const std::vector<tofgraph_exposure> exposures = {{0, 80e6}, {2, 80e6}, {4, 80e6}, {0, 16e6}, {2, 16e6}, {4, 16e6}};
+  test::Camera several(1, 1, 12.8e-3, 40e-6, {{"lamp", {0, 0, 0}, 1}});
+  several.view.exposures = exposures.data();
+  several.view.exposure_size = sizeof(tofgraph_exposure);
+  several.view.exposure_count = exposures.size();
+  several.view.modulation_frequency = 80e6;
+  const std::string profile = test::profile_of(several.view);
+  EXPECT_NEAR(fused(profile, 80e6, 5.00F, 5.02F), 5.01, 1e-5) << "unwrapped by the decoder";
+  constexpr double common = 299792458.0 / 32e6;  // m
+  EXPECT_NEAR(fused(profile, 80e6, 9.366F, 0.001F), (9.366 + common + 0.001) / 2, 1e-5);
+}
+
+/// The amplitude is that of the longest time, so the frame states that time.
+TEST(HdrFusion, TheFrameStatesTheTimeOfItsAmplitude) {
+  const tests::TemporaryFolder folder;
+  tests::write_text(folder.path() / "s.yaml",
+                    "scene: 1\ncamera: camcube2\noutput: taps\nobjects: [{type: board, distance: 900 mm}]\n"
+                    "sequence:\n  - {key: integration_time, values: [4 ms, 0.5 ms]}\n");
+  const tests::Outcome outcome = tests::shell(
+      "$TOFGRAPH run \"simulator scene=s.yaml ! four_phase_decoder ! hdr_fusion ! capture_writer path=hdr.h5\"",
+      folder.path());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto times = tests::raw_values<double>(folder.path() / "hdr.h5", "/frames/integration_time_s");
+  ASSERT_EQ(times.size(), 1U);
+  EXPECT_NEAR(times[0], 4e-3, 1e-9);
 }
 
 /// Two frequencies with a combined range of 15 m: every true distance is recovered as the inverse-variance mean.

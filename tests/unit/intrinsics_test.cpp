@@ -245,7 +245,8 @@ TEST(Intrinsics, RectifiedPixelIsInvalidWhenOneOfItsFourSourcesIs) {
   std::vector<std::uint16_t> arrived(pixels, 0), taps(8 * pixels, 7);
   distance[hole] = sigma[hole] = std::nanf("");
   arrived[hole] = 1 | 8;
-  taps[3 * pixels + hole] = 65535;
+  taps[3 * pixels + hole] = 20007;
+  taps[5 * pixels + hole] = 30000;  // the full well
   Harness stage(std::string("intrinsics rectify=true ") + calibrated_lens);
   stage.camera(test::profile_of(test::camcube2().view));
   stage.put<std::uint16_t>("taps", {4, 2, 204, 204}, taps);
@@ -270,7 +271,8 @@ TEST(Intrinsics, RectifiedPixelIsInvalidWhenOneOfItsFourSourcesIs) {
     ASSERT_EQ(std::isnan(s[i]), takes_part) << i;
     ASSERT_NEAR(a[i], 100, 1e-3) << "keeps what was measured";
     const double part = takes_part ? near_u * near_v : 0;
-    ASSERT_NEAR(samples[3 * pixels + i], 7 + part * 65528, 10) << i;
+    ASSERT_NEAR(samples[3 * pixels + i], 7 + part * 20000, 10) << i;
+    ASSERT_EQ(samples[5 * pixels + i], takes_part ? 30000 : 7) << "stays saturated, " << i;
     ASSERT_EQ(samples[4 * pixels + i], 7) << i;
     if (takes_part) continue;
     // Four independent values of equal standard deviation: 0.01 times the root of the sum of the squared weights.

@@ -8,6 +8,7 @@
 #include <tofgraph/harness.hpp>
 
 #include "tests/program.hpp"
+#include "tests/unit/cameras.hpp"
 #include "tests/unit/message_of.hpp"
 #include "tests/unit/raw_capture.hpp"
 
@@ -39,6 +40,23 @@ TEST(NoiseModel, ProfileFollowsTheClosedForm) {
   }
   EXPECT_TRUE(std::isnan(sigma[2])) << "without light nothing is known";
   EXPECT_EQ(stage.of("sigma"), "range");
+}
+
+/// As after a decoder whose parameter replaced the frequency of the exposures.
+TEST(NoiseModel, TheOneFrequencyIsThatOfTheFrame) {
+  const std::vector<tofgraph_exposure> exposures = {{0, 30e6}, {M_PI / 2, 30e6}, {M_PI, 30e6}, {3 * M_PI / 2, 30e6}};
+  test::Camera camera(3, 1, 12.8e-3, 40e-6, {{"lamp", {0, 0, 0}, 1}});
+  camera.view.exposures = exposures.data();
+  camera.view.exposure_size = sizeof(tofgraph_exposure);
+  camera.view.exposure_count = exposures.size();
+  camera.view.modulation_frequency = 30e6;
+  Harness stage("noise_model mode=profile read_noise='3 counts' shot_noise='0 counts'");
+  stage.camera(test::profile_of(camera.view));
+  stage.put<float>("range", {1, 3}, {1, 2, 3});
+  stage.put<float>("amplitude", {1, 3}, {100, 100, 100}, {.unit = "counts"});
+  stage.metadata().modulation_frequency = 20e6;
+  stage.run();
+  EXPECT_NEAR(stage.get<float>("sigma")[0], speed_of_light / (4 * M_PI * 20e6) * 3 / 100, 1e-6);
 }
 
 TEST(NoiseModel, DepthsHaveTheCosineOfTheirRay) {
@@ -92,6 +110,20 @@ TEST(NoiseModel, WithoutAmplitudeEachTileHasItsOwn) {
   EXPECT_NEAR(still_right, 0.006, 0.0006);
 }
 
+TEST(NoiseModel, ATileOfEqualValuesHasTheNoiseOfTheFrame) {
+  Harness stage("noise_model mode=spatial");
+  std::vector<float> wall = noisy_wall(1);
+  for (std::size_t row = 0; row < 16; ++row)
+    std::fill_n(wall.begin() + static_cast<std::ptrdiff_t>(128 * row), 16, 2.0F);
+  stage.put<float>("depth", {64, 128}, wall);
+  stage.run();
+  const auto sigma = stage.get<float>("sigma");
+  for (std::size_t row = 0; row < 16; ++row) {
+    EXPECT_GT(sigma[128 * row], 0.002F);
+    EXPECT_LT(sigma[128 * row], 0.006F);
+  }
+}
+
 TEST(NoiseModel, FramesOfOneIntegrationTimeAreCompared) {
   Harness stage("noise_model mode=frames");
   std::size_t left = 0;
@@ -101,6 +133,23 @@ TEST(NoiseModel, FramesOfOneIntegrationTimeAreCompared) {
       for (float& z : image) z += 0.3F;  // the offset of the other integration time
     stage.put<float>("depth", {64, 128}, image);
     stage.metadata().integration_time = k % 2 == 1 ? 4e-3 : 1e-3;
+    if (!stage.run()) continue;
+    ++left;
+    EXPECT_LT(halves(stage.get<float>("sigma"))[0], 0.0025F);
+  }
+  EXPECT_EQ(left, 4U);
+}
+
+TEST(NoiseModel, FramesOfOneFrequencyAreCompared) {
+  Harness stage("noise_model mode=frames");
+  std::size_t left = 0;
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    std::vector<float> image = noisy_wall(k);
+    if (k % 2 == 1)
+      for (float& z : image) z += 0.3F;  // the error of the other frequency
+    stage.put<float>("depth", {64, 128}, image);
+    stage.metadata().integration_time = 1e-3;
+    stage.metadata().modulation_frequency = k % 2 == 1 ? 60e6 : 50e6;
     if (!stage.run()) continue;
     ++left;
     EXPECT_LT(halves(stage.get<float>("sigma"))[0], 0.0025F);

@@ -117,11 +117,32 @@ TEST(Orient, PointsFollowAndTheProfileMayBeKept) {
   EXPECT_EQ(turned[0], -points[3 * 84 + 1]);
   EXPECT_EQ(turned[1], points[3 * 84]);
   EXPECT_EQ(turned[2], points[3 * 84 + 2]);
+  Harness surface("orient turn=90");
+  surface.camera(test::profile_of(camera.view));
+  surface.put<float>("points", {8, 12, 3}, points);
+  surface.put<float>("normals", {8, 12, 3}, points);
+  surface.run();
+  EXPECT_EQ(surface.get<float>("normals"), turned) << "they turn like the points";
   Harness kept("orient turn=180 camera=kept");
   kept.camera(test::profile_of(camera.view));
   kept.put<float>("depth", {8, 12}, std::vector<float>(96, 1));
   kept.run();
   EXPECT_EQ(kept.camera_out().principal_point[0], 5.1);
+}
+
+TEST(Orient, PointsInTheWorldStayThere) {
+  const Lopsided camera;
+  std::vector<float> points(3 * 96);
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<float>(i);
+  Harness stage("orient turn=90");
+  stage.camera(test::profile_of(camera.view));
+  stage.put<float>("points", {8, 12, 3}, points, {.applied = "point_cloud transform T_world_camera"});
+  stage.put<float>("normals", {8, 12, 3}, points, {.applied = "normals"});
+  stage.run();
+  for (const char* name : {"points", "normals"}) {
+    const auto moved = stage.get<float>(name);  // the pixel at row 7, column 0 moves to the top left
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(moved[k], points[3 * 84 + k]) << name;
+  }
 }
 
 TEST(Orient, RefusesWhatCannotBe) {
