@@ -15,6 +15,10 @@ namespace tofgraph::physics {
 
 using RandomWords = std::array<std::uint32_t, 4>;
 
+/// Streams of normal_numbers() for uses outside the simulator, whose frames have the streams below 2^31: numbers of
+/// different streams are independent, also for the same seed.
+inline constexpr std::uint32_t pattern_stream = 1U << 31U, added_noise_stream = pattern_stream + 1;
+
 /// Four random words for a counter under a key.
 constexpr RandomWords philox(RandomWords counter, std::array<std::uint32_t, 2> key) {
   for (int round = 0; round < 10; ++round) {

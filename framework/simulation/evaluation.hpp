@@ -46,6 +46,11 @@ class Evaluation : public tofgraph_light_state {
   /// Factor of a non-Lambertian surface, and its specular part, which does not depend on the reflectivity.
   double finish_of(std::size_t s, std::size_t i, double strength) const;
 
+  /// Path from the source through point i to the pixel, m.
+  double whole_path(const SourceArrays& source, std::size_t i) const {
+    return source.path[i] + points_.return_path[i] + points_.sensor_path[i];
+  }
+
   /// Replaces each edge pixel by the mean of its rays; from then on the points are the pixels.
   void merge_edges();
 

@@ -226,13 +226,15 @@ void Evaluation::merge_edges() {
   for (SourceArrays& a : arrays_) {
     for (std::size_t e = 0; e < edges_.size(); ++e) {
       Complex phasor;
-      double strength_sum = 0;
-      for (std::size_t s = 0; s < each; ++s) {
-        phasor += a.phasor[n + e * each + s];
-        strength_sum += a.strength[n + e * each + s];
+      double strength_sum = 0, path_sum = 0;
+      for (std::size_t i = n + e * each; i < n + (e + 1) * each; ++i) {
+        phasor += a.phasor[i];
+        strength_sum += a.strength[i];
+        if (!a.path.empty() && a.strength[i] > 0) path_sum += a.strength[i] * whole_path(a, i);
       }
       a.phasor[edges_[e]] = phasor / static_cast<double>(each);
       a.strength[edges_[e]] = strength_sum / static_cast<double>(each);
+      if (path_sum > 0) a.edge_paths.emplace_back(edges_[e], path_sum / strength_sum);
     }
   }
   for (std::size_t e = 0; e < edges_.size(); ++e) {
@@ -256,10 +258,10 @@ void Evaluation::sum() {
       light_[i] += a.phasor[i];
       strength_[i] += a.strength[i];
       if (s == camera->light_count) continue;
-      const double half_path = (a.path[i] + points_.return_path[i] + points_.sensor_path[i]) / 2;
-      distances_[i] += a.strength[i] * half_path;
+      distances_[i] += a.strength[i] * (whole_path(a, i) / 2);
       weights[i] += a.strength[i];
     }
+    for (const auto& [i, path] : a.edge_paths) distances_[i] += a.strength[i] * (path - whole_path(a, i)) / 2;
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (weights[i] > 0) distances_[i] /= weights[i];

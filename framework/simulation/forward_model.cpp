@@ -7,6 +7,7 @@
 #include <tofgraph/physics/exposures.hpp>
 
 #include <algorithm>
+#include <utility>
 
 namespace tofgraph::simulation {
 
@@ -25,7 +26,7 @@ ForwardModel::ForwardModel(const tofgraph_camera& camera, bool physical, std::ve
   need(camera.gain, "gain, e.g. gain: 7.0e6 counts m^2/s");
   need(camera.contrast, "contrast, e.g. contrast: 0.5");
   need(camera.modulation_frequency, "modulation_frequency, e.g. modulation_frequency: 20 MHz");
-  std::ranges::stable_sort(effects_, {}, [](const EffectPtr& e) { return e->level(); });
+  std::ranges::stable_sort(effects_, {}, [](const EffectPtr& e) { return std::pair(e->level(), e->late()); });
   const auto readout =
       std::ranges::find_if(effects_, [](const EffectPtr& e) { return e->level() == TOFGRAPH_LEVEL_TAPS && e->late(); });
   first_readout_ = static_cast<std::size_t>(readout - effects_.begin());
@@ -47,6 +48,9 @@ Pixels strip_of(const Pixels& pixels, std::size_t first, std::size_t last) {
 }  // namespace
 
 Expectation ForwardModel::expect(const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels) const {
+  if (acquisition.moving && !(camera_.frame_rate > 0))
+    throw std::invalid_argument(std::string("the profile of the camera '") + camera_.name +
+                                "' has no frame_rate, which a moving scene needs, e.g. frame_rate: 80 Hz");
   const auto evaluate = [&](const Pixels& some) {
     Evaluation evaluation(*this, tracer, acquisition, some, {});
     evaluation.illuminate();

@@ -52,7 +52,7 @@ class ForwardModel {
   ForwardModel(const tofgraph_camera& camera, bool physical, std::vector<EffectPtr> effects,
                std::size_t edge_samples = 4);
 
-  /// @throws EffectError
+  /// @throws EffectError @throws std::invalid_argument for a moving scene if the profile has no frame rate
   Expectation expect(const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels) const;
 
   /// True if an effect acts on the noisy taps.
@@ -73,7 +73,7 @@ class ForwardModel {
   const tofgraph_camera& camera_;
   bool physical_;
   std::size_t exposures_;
-  std::vector<EffectPtr> effects_;  ///< by level, within a level in the model's order, late phasor effects last
+  std::vector<EffectPtr> effects_;  ///< by level, within a level in the model's order, late effects last
   std::size_t first_readout_ = 0;   ///< effects from this index act on the noisy taps
   std::size_t edge_samples_;
 };

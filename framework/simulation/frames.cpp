@@ -7,6 +7,15 @@
 #include <cmath>
 
 namespace tofgraph::simulation {
+namespace {
+
+/// Distance as a float; 0 if rounding raises it to the range.
+float below(double range, double distance) {
+  const auto rounded = static_cast<float>(distance);
+  return static_cast<double>(rounded) >= range ? 0.0F : rounded;
+}
+
+}  // namespace
 
 Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Acquisition& acquisition, const Pixels& pixels,
                const physics::TapNoise& noise, NoiseSeed seed, bool with_taps)
@@ -108,7 +117,7 @@ void Frames::distance(std::uint64_t frame, float* distance, float* amplitude) co
   for (std::size_t i = 0; i < n; ++i) {
     const physics::Decoded decoded =
         physics::decode({samples[i], samples[n + i], samples[2 * n + i], samples[3 * n + i]});
-    distance[i] = static_cast<float>(scale * decoded.phase);
+    distance[i] = below(scale * physics::two_pi, scale * decoded.phase);
     amplitude[i] = static_cast<float>(decoded.amplitude);
   }
 }
@@ -120,7 +129,7 @@ void Frames::decode_any(const std::vector<float>& samples, float* distance, floa
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < exposures(); ++k) pixel[k] = samples[k * n + i];
     const auto decoded = decoding(pixel);
-    distance[i] = static_cast<float>(decoded.distance);
+    distance[i] = below(decoding.range(), decoded.distance);
     amplitude[i] = static_cast<float>(decoded.amplitude);
   }
 }

@@ -67,6 +67,7 @@ struct SourceArrays {
   Doubles path;
   std::vector<double> strength;
   std::vector<Complex> phasor;
+  std::vector<std::pair<std::size_t, double>> edge_paths;  ///< pixels on an edge: mean whole path of their light, m
 };
 
 /// Pixels whose neighbours see another surface, so that the pixel itself may see both.

@@ -5,7 +5,8 @@
 
 namespace tofgraph {
 
-/// Each source *= cos^n of the angle from its axis, which is z turned outwards (away from x = 0) by `toe`.
+/// Each source *= cos^n of the angle from its axis, which is z turned outwards (away from x = 0) by `toe`. A source at
+/// x = 0 has the axis z.
 struct BeamProfile final : Effect {
   static constexpr EffectInfo info{.touches = "amplitude intensity",
                                    .confused_with = "vignetting pixel_response surface_reflectance",
@@ -29,8 +30,8 @@ struct BeamProfile final : Effect {
       const SourceLight source = light[s];
       if (source.from_inside()) continue;
       const double* from = source.source.position;
-      const double outwards = from[0] > 0 ? 1 : from[0] < 0 ? -1 : 0;
-      const double axis_x = outwards * std::sin(*toe), axis_z = std::cos(*toe);
+      const double outwards = from[0] > 0 ? *toe : from[0] < 0 ? -*toe : 0;
+      const double axis_x = std::sin(outwards), axis_z = std::cos(outwards);
       for (std::size_t i = 0; i < light.points(); ++i) {
         const double* at = light.state.position + 3 * i;
         const double path = source.source.path[i];

@@ -5,7 +5,7 @@
 
 namespace tofgraph {
 
-/// Adds k1 k2 p1 p2 k3 of OpenCV's model to the profile's.
+/// Adds k1 k2 p1 p2 k3 of OpenCV's model to the profile's. Fisheyes and tables of rays have no such coefficients.
 struct LensDistortion final : Effect {
   static constexpr EffectInfo info{.touches = "distance amplitude",
                                    .confused_with = "stray_light fixed_pattern",
@@ -24,6 +24,17 @@ struct LensDistortion final : Effect {
   Param<double> p1{this, "p1", added(2e-3)};
   Param<double> p2{this, "p2", added(2e-3)};
   Param<double> k3{this, "k3", added(0.1)};
+
+  void prepare(Setup& setup) const {
+    const std::uint32_t lens = setup.camera().lens_model;
+    if (lens == TOFGRAPH_LENS_OPENCV) return;
+    for (const Param<double>* coefficient : {&k1, &k2, &p1, &p2, &k3}) {
+      if (**coefficient == 0) continue;
+      throw ConfigError(coefficient->parameter().name,
+                        std::string("is a coefficient of OpenCV's lens model, but the lens of the profile is a ") +
+                            (lens == TOFGRAPH_LENS_FISHEYE ? "fisheye" : "table of rays"));
+    }
+  }
 
   void apply(GeometryLevel& light) const {
     const double change[] = {*k1, *k2, *p1, *p2, *k3};

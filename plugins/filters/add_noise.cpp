@@ -39,7 +39,8 @@ struct AddNoise final : Filter {
     const std::uint64_t number = frame.metadata().number;
     mark_invalid(lengths, deviations, bits);
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-      const double normal = physics::normal_numbers(key, number, static_cast<std::uint32_t>(i))[0];
+      const double normal =
+          physics::normal_numbers(key, number, static_cast<std::uint32_t>(i), physics::added_noise_stream)[0];
       lengths[i] = static_cast<float>(static_cast<double>(lengths[i]) + *deviation * normal);
       deviations[i] = static_cast<float>(std::hypot(static_cast<double>(deviations[i]), *deviation));
     }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tofgraph/channels.hpp>
 #include <tofgraph/harness.hpp>
+#include <tofgraph/physics/random.hpp>
 
 #include <cmath>
 #include <numeric>
@@ -50,6 +51,17 @@ TEST(AddNoise, RepeatsWithItsSeedAndDiffersByFrame) {
   EXPECT_EQ(noisy(line, 1).depth, noisy(line, 1).depth);
   EXPECT_NE(noisy(line, 1).depth, noisy(line, 1, {}, 1).depth);
   EXPECT_NE(noisy(line, 1).depth, noisy(line + " seed=2", 1).depth);
+}
+
+TEST(AddNoise, IsIndependentOfSimulatedFramesWithTheSameSeed) {
+  const Noisy n = noisy("add_noise deviation='10 mm' seed=1", 1);
+  double product = 0;  // with the first numbers of a pixel, which are the noise of the first image of a simulated frame
+  for (std::size_t i = 0; i < n.depth.size(); ++i) {
+    const double simulated = physics::normal_numbers(1, 0, static_cast<std::uint32_t>(i))[0];
+    product += (static_cast<double>(n.depth[i]) - 1) / 0.010 * simulated;
+  }
+  const auto count = static_cast<double>(n.depth.size());
+  EXPECT_NEAR(product / count, 0, 4 / std::sqrt(count));
 }
 
 TEST(AddNoise, CombinesWithSigmaAndKeepsInvalidPixels) {

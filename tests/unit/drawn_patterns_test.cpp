@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "simulation/frames.hpp"
 #include "tests/unit/effect_fixture.hpp"
 
 using namespace tofgraph;
@@ -77,6 +78,25 @@ TEST(DrawnPattern, IsThatOfItsSeedAndScale) {
     product += one[i] * other[i] / (4e-3 * 4e-3);
   }
   EXPECT_NEAR(product / static_cast<double>(one.size()), 0, 4 / std::sqrt(static_cast<double>(one.size())));
+}
+
+TEST(DrawnPattern, IsIndependentOfTheNoiseOfFramesWithTheSameSeed) {
+  const View view = whole_view();
+  const auto offsets = offsets_of("{effect: fixed_pattern, scale: 1, spread: 4 mm, seed: 1}", view);
+  const ForwardModel model(camcube(), view.physical, {});
+  const Tracer board = board_tracer(camcube().focal_length, view.board);
+  const std::size_t n = offsets.size();
+  std::vector<float> clean(4 * n), noisy(4 * n);
+  Frames(model, board, view.acquisition, view.pixels, {}, {}).phases(0, clean.data());
+  Frames(model, board, view.acquisition, view.pixels, {3, 0}, {1, 0}).phases(0, noisy.data());
+  for (std::size_t k = 0; k < 4; ++k) {
+    double product = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double noise = static_cast<double>(noisy[k * n + i]) - static_cast<double>(clean[k * n + i]);
+      product += offsets[i] / 4e-3 * noise / (3 * std::sqrt(2.0));
+    }
+    EXPECT_NEAR(product / static_cast<double>(n), 0, 4 / std::sqrt(static_cast<double>(n))) << "image " << k;
+  }
 }
 
 TEST(DrawnPattern, AveragesOutWherePointsStandForManyPixels) {

@@ -5,6 +5,8 @@
 // Noise of frames: for arbitrary exposures, and with the effect that changes it.
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "io/captures/capture.hpp"
 #include "simulation/frames.hpp"
 #include "tests/program.hpp"
@@ -164,6 +166,32 @@ TEST(Frames, DecodeTheDistanceFromAnyExposures) {
           (physics::norm(hit.point - Vector3{-0.05, 0, 0}) + physics::norm(hit.point - Vector3{0.05, 0, 0})) / 2;
       const double wanted = (path + hit.return_path + focal_length / all.rays[i].z) / 2;
       EXPECT_NEAR(static_cast<double>(distance[i]), wanted, 1e-6);
+    }
+  }
+}
+
+TEST(Frames, DistancesStayBelowTheRange) {
+  constexpr std::size_t pixel = 78;
+  for (const Exposures& exposures : {steps({0, 90, 180, 270}), three()}) {
+    SCOPED_TRACE(physics::exposures_text(exposures));
+    const ExposedCamera camera(exposures);
+    const Acquisition acquisition = acquisition_of(camera.view(), integration_time);
+    const Pixels all = superpixels(camera.view(), side, side);
+    const Tracer board = board_tracer(focal_length, {1.3, 0, 0, 0.85});
+    const auto distance_with = [&](const std::string& list) {
+      const ForwardModel model(camera.view(), false, effects(list, camera.view()));
+      std::vector<float> distance(pixels), amplitude(pixels);
+      Frames(model, board, acquisition, all, {}, {}).distance(0, distance.data(), amplitude.data());
+      return static_cast<double>(distance[pixel]);
+    };
+    const double plain = distance_with("");
+    for (int i = -20; i <= 20; ++i) {  // 0.4 um to both sides of 0, where floats below the range are 0.48 um apart
+      std::ostringstream list;
+      list.precision(12);
+      list << "{effect: zero_offset, offset: " << i * 2e-8 - plain << " m}";
+      const double distance = distance_with(list.str());
+      EXPECT_GE(distance, 0) << list.str();
+      EXPECT_LT(distance, c_light / (2 * own)) << list.str();
     }
   }
 }

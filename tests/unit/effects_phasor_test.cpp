@@ -101,6 +101,17 @@ TEST(LensDistortion, IsACameraWithAnotherLens) {
     EXPECT_LT(std::abs(real[i].phasor() - expected[i].phasor()), 1e-9 * expected[i].amplitude());
 }
 
+TEST(LensDistortion, IsRefusedForALensWithoutItsCoefficients) {
+  const std::string k3 = "{effect: lens_distortion, k3: 0.1}";
+  EXPECT_NO_THROW(effects(k3, camcube()));
+  tofgraph_camera other = camcube();
+  for (const unsigned lens : {TOFGRAPH_LENS_FISHEYE + 0U, TOFGRAPH_LENS_RAYS + 0U}) {
+    other.lens_model = lens;
+    EXPECT_THROW(effects(k3, other), config::ConfigurationError) << lens;
+    EXPECT_NO_THROW(effects("{effect: lens_distortion}", other)) << lens;
+  }
+}
+
 TEST(Rail, MovesTheBoardUnlessALaserReadIt) {
   View view;
   const std::string list =
@@ -130,6 +141,18 @@ TEST(BeamProfile, IsAPowerOfTheAngleAtTheSource) {
     const double dx = p.x - x, length = std::hypot(dx, p.y, p.z);
     return std::pow((std::sin(toe) * dx + std::cos(toe) * p.z) / length, 3);
   });
+}
+
+TEST(BeamProfile, OfASourceInTheMiddleHasNoToe) {
+  View view;
+  tofgraph_camera central = camcube();
+  tofgraph_light lights[] = {camcube().lights[0], camcube().lights[1]};
+  for (tofgraph_light& light : lights) light.position[0] = 0;
+  central.lights = lights;
+  view.camera = &central;
+  const auto straight = seen("{effect: beam_profile, exponent: 3}", view),
+             toed = seen("{effect: beam_profile, exponent: 3, toe: 20 deg}", view);
+  for (std::size_t i = 0; i < straight.size(); ++i) EXPECT_EQ(toed[i].c, straight[i].c);
 }
 
 TEST(Vignetting, IsAPowerOfTheAngleAtTheCamera) {
@@ -266,6 +289,25 @@ TEST(PhaseEffects, TurnByTheirFormulas) {
   EXPECT_NEAR(drooped[9].amplitude() / ideal[9].amplitude(), 1 - 0.03 * (1 - std::exp(-500.0 / 700)), 1e-9);
   view.acquisition.condition.time_since_power_on = std::nan("");
   EXPECT_NEAR(turn("{effect: warm_up, drift: 10 mm}", 9), 10e-3 / metres_per_radian, 1e-9) << "not known: warm";
+}
+
+/// A board ends within pixel 101: its centre sees nothing, its right quarter the board.
+TEST(PhaseEffects, TakeTheDistanceOfAllLightOfAnEdgePixel) {
+  View view;
+  view.pixels = whole_image(camcube());
+  const double end = (101.25 - 101.5) * 40e-6 / 12.8e-3;
+  const Tracer board = board_tracer(camcube().focal_length, {1, 0, 0, 0.8});
+  view.tracer = [=](const BoardChange& change, std::span<const Vector3> rays, std::span<Hit> hits) {
+    board(change, rays, hits);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (rays[i].x / rays[i].z < end) hits[i] = Hit{};
+    }
+  };
+  const auto ideal = seen("", view), real = seen("{effect: modulation_frequency, error: 1 %}", view);
+  const std::size_t whole = 90 * 204 + 102, cut = whole - 1;
+  EXPECT_NEAR(ideal[cut].amplitude() / ideal[whole].amplitude(), 0.25, 1e-3);
+  EXPECT_NEAR(turned(real[whole], ideal[whole]), 0.01 * ideal[whole].phase(), 1e-6);
+  EXPECT_NEAR(turned(real[cut], ideal[cut]), 0.01 * ideal[cut].phase(), 1e-6);
 }
 
 TEST(IntegrationTimeOffset, ReadsATable) {

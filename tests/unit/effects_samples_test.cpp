@@ -203,6 +203,16 @@ TEST(Saturation, ClipsEachTap) {
   for (std::size_t i = 0; i < ideal.size(); ++i) EXPECT_NEAR(real[i], std::min(ideal[i], limit), 1e-3);
 }
 
+TEST(Saturation, ClipsAllLightWhereverItIsListed) {
+  View view;
+  view.acquisition.condition.ambient = "lamp";
+  const std::string clip = "{effect: saturation, full_well: 1000 counts}",
+                    lamp = "{effect: ambient_light, rate: 2e6 counts/s}";  // 2000 counts per tap in 2 ms
+  for (const std::string& list : {lamp + ", " + clip, clip + ", " + lamp}) {
+    for (const double tap : expected(list, view).taps) EXPECT_EQ(tap, 1000) << list;
+  }
+}
+
 TEST(AmbientLight, FillsBothTapsWhereItIsLit) {
   View view;
   const auto ideal = expected("", view).taps;

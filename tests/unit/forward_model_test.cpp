@@ -182,6 +182,20 @@ TEST(ForwardModel, AMovingBoardIsSeenElsewhereInEachExposure) {
   }
 }
 
+TEST(ForwardModel, AMovingSceneNeedsTheFrameRate) {
+  tofgraph_camera camera = camcube2();
+  camera.frame_rate = std::nan("");
+  BoardPose board{1.2, 0, 0, 0.85};
+  board.velocity = 0.4;
+  const Tracer tracer = board_tracer(camera.focal_length, board);
+  const ForwardModel model(camera, false, {});
+  const Pixels pixels = superpixels(camera, 3, 3);
+  Acquisition acquisition = acquisition_of(camera, 1e-3);
+  EXPECT_NO_THROW(model.expect(tracer, acquisition, pixels));
+  acquisition.moving = true;
+  EXPECT_THROW(model.expect(tracer, acquisition, pixels), std::invalid_argument);
+}
+
 TEST(ForwardModel, AThousandFramesHaveTheFormulasNoise) {
   const ForwardModel model(camcube2(), false, {});
   const Pixels pixels = superpixels(camcube2(), 12, 12);

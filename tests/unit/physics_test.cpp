@@ -13,6 +13,7 @@
 #include <tofgraph/physics/non_linearity.hpp>
 #include <tofgraph/physics/phasor.hpp>
 #include <tofgraph/physics/random.hpp>
+#include <tofgraph/physics/unwrapping.hpp>
 
 #include <numbers>
 #include <random>
@@ -250,6 +251,16 @@ TEST(FourPhase, DecodesWhatTheCosinesSay) {
     for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(ideal[k], c[k] - 17 - (k % 2 == 0 ? 5 : -5), 1e-9);
   }
   EXPECT_EQ(decode({1, 1e-300, 0, 0}).phase, 0) << "2 pi itself is not in the range";
+}
+
+TEST(PhaseDecoding, EndsBelowTheRange) {
+  const PhaseDecoding decoding(Exposures{{0, 0}, {two_pi / 3, 0}, {2 * two_pi / 3, 0}}, 20e6);
+  // Phases within 1e-14 of 0; some of the negative ones are so small that the range plus their distance is the range.
+  for (int i = -1000; i <= 1000; ++i) {
+    const double distance = decoding({1, 0, i * 1e-17}).distance;
+    ASSERT_GE(distance, 0) << i;
+    ASSERT_LT(distance, decoding.range()) << i;
+  }
 }
 
 TEST(FourPhase, NoiseIsWhatManySamplesShow) {
