@@ -4,6 +4,7 @@
 // Rooms: diagnosis
 // Values of the given model that the data do not determine are kept; a contrast other than the profile's is no effect.
 #include "diagnosis/model/nuisances.hpp"
+#include "diagnosis/model/validation.hpp"
 #include "diagnosis/search/given_model.hpp"
 #include "tests/program.hpp"
 #include "tests/unit/rail.hpp"
@@ -90,6 +91,24 @@ TEST_F(GivenValues, AnotherContrastIsMeasuredAndIsNoEffect) {
   EXPECT_LT(contrast->low, 0.94 * profile);
   EXPECT_GT(contrast->high, 0.94 * profile);
   EXPECT_TRUE(contrast->profile_is_off());
+}
+
+/// Without the contrast the intensities of this camera would differ from the simulated ones by 6 %, of which no effect
+/// is the cause.
+TEST_F(GivenValues, TheContrastIsNoGapOfTheIntensities) {
+  const std::vector<Observations> data = with_contrast(*design, data_with({}, 13), 0.94);
+  const Problem problem = make_problem(*design, data);
+  const State none{{}, std::vector<double>(problem.targets.size(), 0.1), {.offset = 0}};
+  const double shift = contrast_shift(problem, none, intensity);
+  EXPECT_NEAR(shift, -std::log(0.94), 0.002);
+  EXPECT_EQ(contrast_shift(problem, none, distance), 0);
+  EXPECT_NEAR(gap(problem, none, intensity, 0), -std::log(0.94), 0.01);
+  EXPECT_LT(gap(problem, none, intensity, shift), 0.02);
+  const Evidence shown = evidence({problem, none}, {problem, none}, intensity);
+  for (const Evidence::Mean& mean : shown.means) {
+    EXPECT_NEAR(mean.measured - mean.extended, 0, 0.01);
+    EXPECT_NEAR(mean.extended - mean.simulated, shift, 1e-9);
+  }
 }
 
 TEST_F(GivenValues, TheProfilesContrastIsNotOffWhereItIsRight) {

@@ -342,6 +342,16 @@ TEST(Superpixels, HaveTheNoiseThatTheySay) {
     EXPECT_NEAR(squares[k], 1, 4 * std::sqrt(2.0 / (4 * repetitions))) << observable_names[k];
 }
 
+TEST(Superpixels, SaturationIsCountedInTheRegionAlone) {
+  FrameSums sums(FrameSums::Kind::taps, 3, 2);
+  std::vector<std::uint16_t> taps(8 * 6, 1000);
+  taps[1] = taps[6 + 5] = 65535;  // row 0, column 1; row 1, column 2
+  sums.add_taps(taps, 60000);
+  EXPECT_EQ(sums.saturated({0, 2, 0, 1}), 2U);
+  EXPECT_EQ(sums.saturated({0, 1, 0, 1}), 1U);
+  EXPECT_EQ(sums.saturated({0, 0, 0, 1}), 0U);
+}
+
 /// A profile that states half or twice the true noise is corrected by the scatter of the pixels of a single frame.
 TEST(Superpixels, OfOneFrameHaveTheNoiseOfTheirPixels) {
   const std::complex<double> ideal = std::polar(800.0, 1.0);
