@@ -224,6 +224,7 @@ class Run {
       progress(share_, fmt::format("predicting held-out conditions, fold {} of {}", done, all));
     };
     search.given = d_->given.get();
+    search.alike = d_->audit.alike;
     return search;
   }
 

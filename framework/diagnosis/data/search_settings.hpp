@@ -341,6 +341,8 @@ struct SearchSettings {
   double found_at = 8;
   /// signatures are alike above | cosine | chosen
   double alike_above = 0.9;
+  /// a rival beside maps also starts in the place of the effect above | cosine | chosen
+  double twins_above = 0.9999;
   /// design is blind below | sd | chosen
   double blind_below = 5;
   /// size of a blind effect to distinguish | typical values | chosen

@@ -42,6 +42,21 @@ struct Block {
   std::vector<Eigen::Index> columns;
 };
 
+/// Sum of the products of two columns over the known values, each divided by its variance.
+/// @param with_intensity false: without the intensities
+double product_of(const Problem& problem, const Column& a, const Column& b, bool with_intensity = true) {
+  const std::size_t n = problem.design.superpixels();
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const std::vector<double>& variance = problem.data[i].variance;
+    for (std::size_t row = 0; row < a[i].size(); ++row) {
+      if (std::isfinite(variance[row]) && (with_intensity || row / n != intensity))
+        sum += a[i][row] * b[i][row] / variance[row];
+    }
+  }
+  return sum;
+}
+
 class Builder {
  public:
   Builder(const Problem& problem, const State& state)
@@ -90,9 +105,78 @@ class Builder {
     }
   }
 
+  /// Lists effects whose first amplitude, at all nonlinear values, makes the same change as an effect without such
+  /// values, and whose further amplitudes do not depend on them: a warm-up of a camera that was always warm is a
+  /// constant, a reflection in the camera at one frequency is a crosstalk.
+  void find_repeated(const Candidates& candidates) {
+    std::vector<std::vector<std::size_t>> forms(candidates.size());  // of each effect, without refinements
+    for (std::size_t c = 0; c < result_.list.size(); ++c) {
+      const Candidate& candidate = *result_.list[c].candidate;
+      if (&candidate == &candidate.root()) forms[result_.choices[c].effect].push_back(c);
+    }
+    for (std::size_t e = 0; e < forms.size(); ++e) {
+      const auto repeats = [&](const std::vector<std::size_t>& simpler) {
+        return simpler.size() == 1 && std::ranges::all_of(forms[e], [&](std::size_t form) {
+                 return can_imitate(simpler.front(), column_of(form, 0)) &&
+                        further_columns_are_the_same(forms[e].front(), form);
+               });
+      };
+      if (forms[e].size() > 1 && std::ranges::any_of(forms, repeats)) result_.repeated.push_back(candidates[e].get());
+    }
+  }
+
   Alternatives result() { return std::move(result_); }
 
  private:
+  const Column& column_of(std::size_t alternative, std::size_t k) const {
+    return result_.group.columns[static_cast<std::size_t>(result_.choices[alternative].columns[k])];
+  }
+
+  bool are_collinear(const Column& a, const Column& b) const {
+    return std::pow(product_of(problem_, a, b), 2) >
+           settings.collinear * settings.collinear * product_of(problem_, a, a) * product_of(problem_, b, b);
+  }
+
+  bool further_columns_are_the_same(std::size_t one, std::size_t other) const {
+    for (std::size_t k = 1; k < result_.choices[one].columns.size(); ++k)
+      if (!are_collinear(column_of(one, k), column_of(other, k))) return false;
+    return true;
+  }
+
+  /// True if an alternative, with suitable amplitudes, makes the same change as a column. They are determined without
+  /// the intensities, which grow by the size of a complex amplitude: that is not linear in its parts.
+  bool can_imitate(std::size_t alternative, const Column& change) const {
+    constexpr int rounds = 5;  // the changes are not small everywhere
+    const std::size_t count = result_.choices[alternative].columns.size();
+    const auto n = static_cast<Eigen::Index>(count);
+    Eigen::MatrixXd information(n, n);
+    for (std::size_t a = 0; a < count; ++a) {
+      for (std::size_t b = 0; b < count; ++b)
+        information(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
+            product_of(problem_, column_of(alternative, a), column_of(alternative, b), false);
+    }
+    const Eigen::LDLT<Eigen::MatrixXd> solver(information);
+    Eigen::VectorXd amplitudes = Eigen::VectorXd::Zero(n), score(n);
+    Column rest = change;
+    for (int round = 0; round < rounds; ++round) {
+      for (std::size_t a = 0; a < count; ++a)
+        score(static_cast<Eigen::Index>(a)) = product_of(problem_, column_of(alternative, a), rest, false);
+      const Eigen::VectorXd more = solver.solve(score);
+      const double explained = score.dot(more);
+      if (round == 0 && !(explained > std::pow(settings.alike_above, 2) * product_of(problem_, rest, rest, false)))
+        return false;
+      amplitudes += more;
+      try {
+        const State there = result_.list[alternative].placed(state_, {amplitudes.data(), count});
+        rest = difference(change, difference(expected(problem_, there), rows_));
+      } catch (const simulation::EffectError&) {  // fails with these amplitudes
+        return false;
+      }
+    }
+    return product_of(problem_, rest, rest) <
+           (1 - settings.collinear * settings.collinear) * product_of(problem_, change, change);
+  }
+
   State with(Term term) const {
     State more = state_;
     more.terms.push_back(std::move(term));
@@ -168,43 +252,6 @@ class Builder {
   Alternatives result_;
 };
 
-double product_of(const Problem& problem, const Column& a, const Column& b) {
-  double sum = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const std::vector<double>& variance = problem.data[i].variance;
-    for (std::size_t row = 0; row < a[i].size(); ++row) {
-      if (std::isfinite(variance[row])) sum += a[i][row] * b[i][row] / variance[row];
-    }
-  }
-  return sum;
-}
-
-bool are_collinear(const Problem& problem, const Column& a, const Column& b) {
-  const double square = product_of(problem, a, a) * product_of(problem, b, b);
-  return std::pow(product_of(problem, a, b), 2) > settings.collinear * settings.collinear * square;
-}
-
-/// True for an effect of which these conditions determine no nonlinear parameter, and whose amplitude changes the same
-/// as a simpler effect: a warm-up of a camera that was always warm is a constant.
-bool repeats_simpler_effect(const Problem& problem, const Alternatives& all, std::size_t effect) {
-  std::vector<const std::vector<Eigen::Index>*> forms;  // columns of the effect, without refinements
-  const auto column = [&](Eigen::Index c) -> const Column& { return all.group.columns[static_cast<std::size_t>(c)]; };
-  for (std::size_t c = 0; c < all.list.size(); ++c) {
-    if (all.choices[c].effect == effect && all.list[c].candidate == &all.list[c].candidate->root())
-      forms.push_back(&all.choices[c].columns);
-  }
-  if (forms.size() < 2) return false;
-  for (const std::vector<Eigen::Index>* form : forms) {
-    for (std::size_t k = 0; k < form->size(); ++k) {
-      if (!are_collinear(problem, column((*forms.front())[k]), column((*form)[k]))) return false;
-    }
-  }
-  return std::ranges::any_of(all.choices, [&](const Choice& other) {
-    return other.effect != effect && other.columns.size() == 1 &&
-           are_collinear(problem, column(forms.front()->front()), column(other.columns.front()));
-  });
-}
-
 }  // namespace
 
 std::string Alternative::name() const {
@@ -258,11 +305,8 @@ Alternatives alternatives_of(const Problem& problem, const State& state, const C
       refused.emplace(candidate.name(), error.what());
     }
   }
-  Alternatives all = builder.result();
-  for (std::size_t c = 0; c < candidates.size(); ++c) {
-    if (repeats_simpler_effect(problem, all, c)) all.repeated.push_back(candidates[c].get());
-  }
-  return all;
+  builder.find_repeated(candidates);
+  return builder.result();
 }
 
 Alternatives alternatives_missing_in(const Problem& problem, const State& state, const Alternatives& some,

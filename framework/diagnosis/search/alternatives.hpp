@@ -86,7 +86,7 @@ struct Alternatives {
   std::vector<Alternative> list;
   std::vector<Choice> choices;  ///< one per alternative; effects are numbered like the candidates, then refinements
   Group group;                  ///< all columns
-  /// Effects that change the same as a simpler one in these conditions, at all their nonlinear values.
+  /// Effects that, at all their nonlinear values, make the same change in these conditions as a simpler one.
   std::vector<const Candidate*> repeated = {};
 };
 

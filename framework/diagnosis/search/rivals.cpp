@@ -67,16 +67,24 @@ bool differ_only_by(const State& one, std::span<const std::string> effects, cons
   return others(one, effects) == others(other, {&its, 1});
 }
 
+/// True if the design does not distinguish a candidate from a term.
+bool Rivals::is_twin(const Candidate& candidate, const Term& term) const {
+  return std::ranges::any_of(selection_.task().options.alike, [&](const Alike& pair) {
+    const std::set<const Candidate*> both = {&pair.first->root(), &pair.second->root()};
+    return pair.cosine > settings.twins_above && both.contains(&candidate.root()) &&
+           both.contains(&term.candidate->root());
+  });
+}
+
 /// Fits of a candidate in the place of a term. Beside maps a fit that starts without the term may end far from the best
 /// model, though the candidate changes the data as the term does: others then start there.
 std::vector<ModelFit> Rivals::fits_in_place_of(std::size_t term, const ModelFit& less,
                                                const Candidate& candidate) const {
   std::vector<ModelFit> fits = selection_.forms_of(less, candidate);
   const ModelFit& best = selection_.best();
-  const auto is_close = [&](const ModelFit& fit) {
-    return fit.deviance - best.deviance < settings.close_rival * (less.deviance - best.deviance);
-  };
-  if (!has_maps(less.state) || std::ranges::any_of(fits, is_close)) return fits;
+  const auto is_tied = [&](const ModelFit& fit) { return fit.deviance - best.deviance < settings.tie_limit; };
+  if (!has_maps(less.state) || !is_twin(candidate, best.state.terms[term]) || std::ranges::any_of(fits, is_tied))
+    return fits;
   try {
     ModelFit base{.state = removed(best.state, {term, std::nullopt})};
     base.deviance = deviance_of(problem_, base.state);

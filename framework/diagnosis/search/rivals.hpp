@@ -67,6 +67,7 @@ class Rivals {
                                 ModelFit fit);
   void put_in_place(const Candidate& candidate, const EffectFinding& found, std::size_t term, const ModelFit& less,
                     std::vector<Rival>& rivals);
+  bool is_twin(const Candidate& candidate, const Term& term) const;
   std::vector<ModelFit> fits_in_place_of(std::size_t term, const ModelFit& less, const Candidate& candidate) const;
   std::optional<Rival> in_place_of_all(const Candidate& candidate, const std::vector<std::size_t>& terms);
   Unidentified nonlinear_identifiability(const ModelFit& fit, const Candidate& candidate) const;

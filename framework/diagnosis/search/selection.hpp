@@ -8,6 +8,7 @@
 #include "diagnosis/model/fit.hpp"
 #include "diagnosis/search/alternatives.hpp"
 #include "diagnosis/search/maps.hpp"
+#include "diagnosis/search/trials.hpp"
 
 #include <deque>
 #include <functional>
@@ -46,6 +47,7 @@ struct SearchOptions {
   GivenModel* given = nullptr;  ///< holds those of its values that the data do not determine; null: they are fitted
   Deadline verification = {};   ///< for the verification; if it passes, the given model is kept
   Deadline comparison = {};     ///< for the comparison of the written model with rivals
+  std::span<const Alike> alike = {};  ///< of audit(); beside maps, the fit of a rival uses it
 };
 
 /// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log and refused effects.
@@ -213,9 +215,10 @@ class Selection {
   }
   /// Accepts the best model without an addition.
   void drop(const ModelTerm& addition);
-  /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
-  /// @returns true if there are such others
-  bool exchange(const Candidate& one);
+  /// Model with others in the place of an effect, which may explain less. nullopt: the search for others failed.
+  /// @param as_good set to true if they explain as much, together with the rest of the model: that model is accepted,
+  /// and the effect is not added again
+  std::optional<SelectedModel> exchange(const Candidate& one, bool& as_good);
   /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
