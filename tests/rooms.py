@@ -13,6 +13,7 @@ or all files in the source folders if the tree is not a git repository.
 
 import argparse
 import fnmatch
+import json
 import pathlib
 import re
 import subprocess
@@ -161,6 +162,19 @@ def breaches(build):
                 yield f"{file}:{line}: '{name}' is an old name"
 
 
+def lost_labels(build):
+    """Yields test files of which a test lacks the label of a room that the file's comment `// Rooms:` lists."""
+    shown = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], capture_output=True, text=True)
+    labels = {}
+    for test in json.loads(shown.stdout)["tests"]:
+        own = [p["value"] for p in test.get("properties", []) if p["name"] == "LABELS"]
+        labels.setdefault(test["name"].split(":")[0], []).append({label for some in own for label in some})
+    for file in (ROOT / "tests").rglob("*_test.cpp"):
+        rooms = re.search(r"^// Rooms: (.+)$", file.read_text(), re.MULTILINE)
+        if rooms and any(not set(rooms[1].split()) <= own for own in labels.get(file.stem, [])):
+            yield f"{file.relative_to(ROOT)}: a test lacks a label of '{rooms[1]}'"
+
+
 def long_files():
     for file in sources("*.[ch]pp", "*.h"):
         lines = (ROOT / file).read_text().count("\n")
@@ -184,7 +198,7 @@ def main():
             print(f'  "{room}" -> "{target}";')
         print("}")
         return 0
-    found = list(breaches(build))
+    found = [*breaches(build), *lost_labels(build)]
     for line in [*found, *long_files()]:
         print(line)
     return 1 if found else 0

@@ -89,7 +89,10 @@ TEST_F(CaptureFile, AClockMayStartAtZero) {
         .head(2, 1)
         .dataset("depth", {2, 1, 2}, ramp(4))
         .dataset<std::int64_t>("timestamp_ns", {2}, {0, second})
-        .dataset<double>("integration_time_s", {2}, {1e-3, 1e-3});
+        .dataset<double>("integration_time_s", {2}, {1e-3, 1e-3})
+        .dataset<double>("modulation_frequency_hz", {2}, {20e6, 20e6})
+        .dataset<float>("temperature_c", {2}, {25, 25})
+        .dataset<double>("time_since_power_on_s", {2}, {1, 2});
     return (CaptureReader(path).known(0, 1) & TOFGRAPH_KNOWS_TIMESTAMP) != 0;
   };
   EXPECT_TRUE(knows_time(11));

@@ -7,6 +7,9 @@
 #include "diagnosis/search/search.hpp"
 #include "tests/unit/rail.hpp"
 
+#include <map>
+#include <set>
+
 namespace tofgraph::diagnosis {
 namespace {
 
@@ -27,6 +30,20 @@ TEST_F(Rail, TwoEffectsAreNamedAndTheSameSeedGivesTheSameResult) {
     EXPECT_EQ(first.after.state.terms[t].values, second.after.state.terms[t].values);
     EXPECT_EQ(first.found[t].improvement.low, second.found[t].improvement.low);
   }
+}
+
+/// On this rail the camera was always warm, a frame has one frequency, and the lens is never capped.
+TEST_F(Rail, EffectsThatRepeatSimplerOnesAreNotTriedBesideThem) {
+  const Problem problem = make_problem(*design, blank);
+  std::map<std::string, std::string> refused;
+  const State state{{}, std::vector<double>(problem.targets.size(), 0.1), {}};
+  std::set<std::string> repeated;
+  for (const Candidate* one : alternatives_of(problem, state, candidates, refused).repeated)
+    repeated.insert(one->name());
+  EXPECT_TRUE(repeated.contains("static_reflection")) << "a crosstalk";
+  EXPECT_TRUE(repeated.contains("warm_up")) << "a constant";
+  for (const char* other : {"crosstalk", "zero_offset", "wiggling", "integration_time_offset", "beam_profile"})
+    EXPECT_FALSE(repeated.contains(other)) << other;
 }
 
 TEST_F(Rail, AnEffectThatIsNoCandidateIsNotReplacedByOthers) {
