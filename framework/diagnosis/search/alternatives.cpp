@@ -173,8 +173,10 @@ class Builder {
         return false;
       }
     }
-    return product_of(problem_, rest, rest) <
-           (1 - settings.collinear * settings.collinear) * product_of(problem_, change, change);
+    // Few conditions may show that a complex amplitude changes more: a capped lens. At typical size they must not.
+    const double limit = count > 1 ? std::pow(settings.blind_below, 2)
+                                   : (1 - std::pow(settings.collinear, 2)) * product_of(problem_, change, change);
+    return product_of(problem_, rest, rest) < limit;
   }
 
   State with(Term term) const {
