@@ -32,7 +32,7 @@ struct CameraArguments {
 
 /// Folder of an existing name or path.
 fs::path existing_folder(const std::string& name) {
-  const fs::path folder = io::find_camera_folder(name, fs::current_path());
+  fs::path folder = io::find_camera_folder(name, fs::current_path());
   if (!folder.empty()) return folder;
   const std::vector<std::string> names = io::camera_folder_names();
   refuse(fmt::format("error: there is no camera '{}' in {}\n         {}; tofgraph camera new {} --profile P makes one",

@@ -7,6 +7,9 @@
 
 #include <hdf5.h>
 
+#include <cstdint>
+#include <iterator>
+
 namespace tofgraph::io::layout {
 
 inline constexpr const char* format = "tofgraph-capture";
