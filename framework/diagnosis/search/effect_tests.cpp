@@ -87,7 +87,7 @@ bool EffectTests::drop_worst_failing() {
 }
 
 /// Drops the last effect whose values are not identifiable: without it those of another effect may be. If only a
-/// nonlinear parameter is unidentifiable, the effect is replaced by others, if there are any.
+/// nonlinear parameter is unidentifiable, the effect is replaced by others that explain as much, if there are any.
 /// @returns true if an effect was dropped or replaced
 bool EffectTests::drop_unidentifiable() {
   const ModelFit& best = findings_.best();
@@ -101,13 +101,12 @@ bool EffectTests::drop_unidentifiable() {
     if (unidentified.why.empty()) continue;
     findings_.note({"valued", {finding.name}, {}, unidentified.why});
     finding.refutation = unidentified.why;
-    if (!unidentified.nonlinear) {
-      findings_.drop_with_reason({term, std::nullopt}, std::move(finding));
-      return true;
+    if (unidentified.nonlinear) {
+      if (!unidentified.at_limit && rest < settings.explained)
+        finding.undetermined = UndeterminedValue{best.state, term, *unidentified.nonlinear};
+      if (findings_.replace_by_others(finding, unidentified)) return true;
     }
-    if (!unidentified.at_limit && rest < settings.explained)
-      finding.undetermined = UndeterminedValue{best.state, term, *unidentified.nonlinear};
-    findings_.replace_by_others(term, std::move(finding), unidentified);
+    findings_.drop_with_reason({term, std::nullopt}, std::move(finding));
     return true;
   }
   return false;

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/search/findings.hpp"
 
-#include "diagnosis/data/search_settings.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,25 +56,18 @@ bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& te
   return changed;
 }
 
-void Findings::replace_by_others(std::size_t term, EffectFinding finding, const Unidentified& why) {
-  Replaced replaced{finding, best(), why, {}};
+bool Findings::replace_by_others(EffectFinding finding, const Unidentified& why) {
+  Replaced replaced{std::move(finding), best(), why, {}};
   selection.task().report_progress(fmt::format("looking for others in the place of {}", replaced.name()));
-  bool as_good = false;
-  std::optional<SelectedModel> others = selection.exchange(*finding.candidate, as_good);
-  if (!as_good) {
-    drop_with_reason({term, std::nullopt}, std::move(finding));
-    if (others && selection.bic(others->best) < selection.bic(best()) - settings.min_bic_gain)
-      selection.select(*std::move(others));
-  }
-  for (const Term& other : selection.terms())
-    if (!is_in(replaced.fit.state, *other.candidate)) replaced.by.push_back(other.candidate->name());
+  const bool others = selection.exchange(*replaced.finding.candidate);
+  for (const Term& term : selection.terms())
+    if (!is_in(replaced.fit.state, *term.candidate)) replaced.by.push_back(term.candidate->name());
   note({"exchanged",
-        replaced.by.empty() ? std::vector{replaced.name()} : replaced.by,
-        {{"bic_rise", selection.bic(best()) - selection.bic(replaced.fit)}},
-        as_good               ? "as good as " + replaced.name()
-        : replaced.by.empty() ? "no others in its place"
-                              : "in the place of " + replaced.name() + ", which they do not replace entirely"});
-  if (as_good) replaced_.push_back(std::move(replaced));
+        others ? replaced.by : std::vector{replaced.name()},
+        {{"bic_rise", others ? selection.bic(best()) - selection.bic(replaced.fit) : NAN}},
+        others ? "as good as " + replaced.name() : "others do not explain as much: all stays as it was"});
+  if (others) replaced_.push_back(std::move(replaced));
+  return others;
 }
 
 void Findings::compare_with_rivals() {

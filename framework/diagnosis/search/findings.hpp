@@ -39,9 +39,9 @@ class Findings {
   void drop_all(const std::string& why);
   /// Drops the effects that a test refutes. @returns true if an effect was dropped
   bool drop_refuted(const std::function<std::string(EffectFinding&)>& test);
-  /// Replaces an effect with an unidentifiable nonlinear parameter by others. It is dropped, unless these explain as
-  /// much: it is then their rival. @param term its index in the model
-  void replace_by_others(std::size_t term, EffectFinding finding, const Unidentified& why);
+  /// Replaces an effect with an unidentifiable nonlinear parameter by others, if these explain as much.
+  /// @returns true if they do
+  bool replace_by_others(EffectFinding finding, const Unidentified& why);
 
   /// Compares each effect with its rivals, once; again after an effect was dropped.
   void compare_with_rivals();

@@ -215,10 +215,9 @@ class Selection {
   }
   /// Accepts the best model without an addition.
   void drop(const ModelTerm& addition);
-  /// Model with others in the place of an effect, which may explain less. nullopt: the search for others failed.
-  /// @param as_good set to true if they explain as much, together with the rest of the model: that model is accepted,
-  /// and the effect is not added again
-  std::optional<SelectedModel> exchange(const Candidate& one, bool& as_good);
+  /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
+  /// @returns true if there are such others
+  bool exchange(const Candidate& one);
   /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.

@@ -206,24 +206,20 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
   return bic(best()) < bic_before + (explained ? limit_if_explained : limit);
 }
 
-std::optional<SelectedModel> Selection::exchange(const Candidate& one, bool& as_good) {
-  as_good = false;
-  if (best().state.nuisances.boards) return std::nullopt;  // with other boards models cannot be compared
+bool Selection::exchange(const Candidate& one) {
+  if (best().state.nuisances.boards) return false;  // with other boards models cannot be compared
   SelectedModel before = selected_;
   const std::vector<Term> those = terms();
   const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
   selected_.barred.push_back(&one.root());
-  std::optional<SelectedModel> others;
   try {
-    as_good = reselect_without(one, 0, settings.min_bic_gain, 0) && terms().size() >= those.size() &&
-              std::ranges::all_of(those, stays);
-    others = selected_;
+    if (reselect_without(one, 0, settings.min_bic_gain, 0) && terms().size() >= those.size() &&
+        std::ranges::all_of(those, stays))
+      return true;
   } catch (const simulation::EffectError&) {  // the others fail without it
   }
-  if (as_good) return others;
-  if (others) others->barred = before.barred;
   select(std::move(before));
-  return others;
+  return false;
 }
 
 bool Selection::select_beside_nuisances(bool anew) {
