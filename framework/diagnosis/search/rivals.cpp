@@ -69,10 +69,10 @@ bool differ_only_by(const State& one, std::span<const std::string> effects, cons
 
 /// True if the design does not distinguish a candidate from a term.
 bool Rivals::is_twin(const Candidate& candidate, const Term& term) const {
+  const Candidate *const one = &candidate.root(), *const other = &term.candidate->root();
   return std::ranges::any_of(selection_.task().options.alike, [&](const Alike& pair) {
-    const std::set<const Candidate*> both = {&pair.first->root(), &pair.second->root()};
-    return pair.cosine > settings.twins_above && both.contains(&candidate.root()) &&
-           both.contains(&term.candidate->root());
+    return pair.cosine > settings.twins_above &&
+           ((pair.first == one && pair.second == other) || (pair.first == other && pair.second == one));
   });
 }
 
