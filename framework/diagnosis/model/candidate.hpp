@@ -110,6 +110,8 @@ class Candidate {
 
   const std::vector<Refinement>& refinements() const { return root_->refinements_; }
   bool refined(std::size_t refinement) const { return (refined_ >> refinement & 1U) != 0; }
+  /// True if this is the same effect with all refinements of a form, and perhaps more.
+  bool contains_form(const Candidate& form) const { return root_ == form.root_ && (form.refined_ & ~refined_) == 0; }
   /// The effect with one more refinement, or one less; owned by the effect without any.
   const Candidate& with(std::size_t refinement) const { return variant(refined_ | std::size_t{1} << refinement); }
   const Candidate& without(std::size_t refinement) const { return variant(refined_ & ~(std::size_t{1} << refinement)); }

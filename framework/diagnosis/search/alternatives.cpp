@@ -57,6 +57,11 @@ double product_of(const Problem& problem, const Column& a, const Column& b, bool
   return sum;
 }
 
+/// True if a candidate is one of some forms, or contains one.
+bool is_one_of(std::span<const Candidate* const> forms, const Candidate& candidate) {
+  return std::ranges::any_of(forms, [&](const Candidate* form) { return candidate.contains_form(*form); });
+}
+
 class Builder {
  public:
   Builder(const Problem& problem, const State& state)
@@ -78,11 +83,11 @@ class Builder {
     }
   }
 
-  /// Adds refinements that a term of the state lacks. Those that fail are left out.
-  void add_refinements_of(std::size_t t, std::size_t& effect) {
+  /// Adds refinements that a term of the state lacks. Those that fail are left out. @param but forms to leave out
+  void add_refinements_of(std::size_t t, std::size_t& effect, std::span<const Candidate* const> but) {
     const Candidate& candidate = *state_.terms[t].candidate;
     for (std::size_t r = 0; r < candidate.refinements().size(); ++r) {
-      if (candidate.refined(r)) continue;
+      if (candidate.refined(r) || is_one_of(but, candidate.with(r))) continue;
       const std::vector<FreeParameter>& parameters = candidate.refinements()[r].parameters;
       const std::size_t before = result_.group.columns.size();
       try {
@@ -316,13 +321,13 @@ Alternatives alternatives_missing_in(const Problem& problem, const State& state,
   Builder builder(problem, state);
   std::size_t effect = 0;
   for (const Choice& choice : some.choices) effect = std::max(effect, choice.effect + 1);
-  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.add_refinements_of(t, effect);
+  for (std::size_t t = 0; t < state.terms.size(); ++t) builder.add_refinements_of(t, effect, but);
   Alternatives result = builder.result();
   const auto own = static_cast<Eigen::Index>(result.group.columns.size());
   std::map<Eigen::Index, Eigen::Index> moved;  // old to new columns, some of which alternatives share
   for (std::size_t a = 0; a < some.list.size(); ++a) {
     const Candidate& candidate = *some.list[a].candidate;
-    if (is_in(state, candidate) || contains(but, &candidate.root())) continue;
+    if (is_in(state, candidate) || is_one_of(but, candidate)) continue;
     Choice choice = some.choices[a];
     for (Eigen::Index& column : choice.columns) {
       const auto [at, first] = moved.try_emplace(column, own + static_cast<Eigen::Index>(result.group.borrowed.size()));

@@ -96,7 +96,7 @@ Alternatives alternatives_of(const Problem& problem, const State& state, const C
                              std::map<std::string, std::string>& refused);
 
 /// Refinements that the terms of a state lack, and those of `some` whose candidates the state lacks; the changes by the
-/// latter are borrowed from it.
+/// latter are borrowed from it. @param but forms to leave out, with those that contain them
 Alternatives alternatives_missing_in(const Problem& problem, const State& state, const Alternatives& some,
                                      std::span<const Candidate* const> but = {});
 

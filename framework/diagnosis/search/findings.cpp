@@ -59,7 +59,7 @@ bool Findings::drop_refuted(const std::function<std::string(EffectFinding&)>& te
 bool Findings::replace_by_others(EffectFinding finding, const Unidentified& why) {
   Replaced replaced{std::move(finding), best(), why, {}};
   selection.task().report_progress(fmt::format("looking for others in the place of {}", replaced.name()));
-  const bool others = selection.exchange(*replaced.finding.candidate);
+  const bool others = selection.exchange(*replaced.finding.candidate) || simplify(*replaced.finding.candidate);
   for (const Term& term : selection.terms())
     if (!is_in(replaced.fit.state, *term.candidate)) replaced.by.push_back(term.candidate->name());
   note({"exchanged",
@@ -68,6 +68,21 @@ bool Findings::replace_by_others(EffectFinding finding, const Unidentified& why)
         others ? "as good as " + replaced.name() : "others do not explain as much: all stays as it was"});
   if (others) replaced_.push_back(std::move(replaced));
   return others;
+}
+
+/// Replaces a form with refinements by a simpler form of the same effect, with others beside it: a refinement may have
+/// imitated these, so that no value was determined. @returns true if those of the simpler form are
+bool Findings::simplify(const Candidate& form) {
+  SelectedModel before = selection.selected();
+  if (&form == &form.root() || !selection.exchange(form, form)) return false;
+  const std::size_t term = term_of(best().state, form);
+  if (term < selection.terms().size()) {
+    const double rest = lack_of_fit(problem(), best());
+    const std::vector<Interval> all = intervals(problem(), best(), options().seed + 2, rest, Refinements::as_they_are);
+    if (identifiability_of(best(), term, all, rest).why.empty()) return true;
+  }
+  selection.select(std::move(before));
+  return false;
 }
 
 void Findings::compare_with_rivals() {

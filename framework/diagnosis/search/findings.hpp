@@ -64,6 +64,7 @@ class Findings {
     const std::string& name() const { return finding.name; }
   };
 
+  bool simplify(const Candidate& form);
   void compare(std::size_t term);
   bool stays_replaced(const Replaced& replaced) const;
 

@@ -52,8 +52,9 @@ struct SearchOptions {
 
 /// Model that a selection has reached. Selection::select() of a copy undoes a step, except the log and refused effects.
 struct SelectedModel {
-  ModelFit refitted_given, best;         ///< given model with refitted parameters, and the model with additions
-  std::vector<const Candidate*> barred;  ///< roots not tried while it is selected: replaced by others, or failed
+  ModelFit refitted_given, best;  ///< given model with refitted parameters, and the model with additions
+  /// Forms not tried while it is selected, nor those that contain them: replaced by others, or failed.
+  std::vector<const Candidate*> barred;
   /// Best model, with its effects as fitted while the drift had a mean, if that has just been removed: it replaced a
   /// constant, and in the fit without either, other effects may be distorted to compensate.
   std::optional<ModelFit> about_drift_mean = {};
@@ -215,9 +216,10 @@ class Selection {
   }
   /// Accepts the best model without an addition.
   void drop(const ModelTerm& addition);
-  /// Replaces an effect by others that explain as much together with the rest of the model; it is not added again.
-  /// @returns true if there are such others
-  bool exchange(const Candidate& one);
+  /// Replaces an effect by others that explain as much together with the rest of the model.
+  /// @param barred form that is not added again @returns true if there are such others
+  bool exchange(const Candidate& one, const Candidate& barred);
+  bool exchange(const Candidate& one) { return exchange(one, one.root()); }
   /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.

@@ -206,12 +206,12 @@ bool Selection::reselect_without(const Candidate& one, double promised, double l
   return bic(best()) < bic_before + (explained ? limit_if_explained : limit);
 }
 
-bool Selection::exchange(const Candidate& one) {
+bool Selection::exchange(const Candidate& one, const Candidate& barred) {
   if (best().state.nuisances.boards) return false;  // with other boards models cannot be compared
   SelectedModel before = selected_;
   const std::vector<Term> those = terms();
   const auto stays = [&](const Term& term) { return term.candidate == &one || is_in(best().state, *term.candidate); };
-  selected_.barred.push_back(&one.root());
+  selected_.barred.push_back(&barred);
   try {
     if (reselect_without(one, 0, settings.min_bic_gain, 0) && terms().size() >= those.size() &&
         std::ranges::all_of(those, stays))
