@@ -15,17 +15,19 @@
 #include <vector>
 
 #include "config/log.hpp"
+#include "plugins/filters/distance_repeat.hpp"
 
 #ifndef TOFGRAPH_AVERAGE_ONCE
 #define TOFGRAPH_AVERAGE_ONCE
 namespace tofgraph {
 
 /// Sums of each pixel over the frames in which it is not NaN. Lengths are relative to the pixel's first value, so that
-/// the difference of two large sums keeps its digits.
+/// the difference of two large sums keeps its digits, and wrapped distances are taken at the period nearest to it.
 struct PixelSums {
-  float *reference, *single;  // single: sigma of the last frame in which the pixel was valid
+  float *reference, *single, *wraps;  // single: sigma of the last frame in which the pixel was valid
   double *sum, *squares, *amplitude;
   std::int32_t *valid, *lit;  // number of terms in the sums of lengths and of amplitudes
+  double period;              // m; 0: lengths do not wrap
 };
 
 /// Values of a pixel in a frame.
@@ -62,16 +64,21 @@ float Choose(bool first, float a, float b) {
 /// Adds a frame's pixels to the sums of a block and subtracts those of another.
 void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
   float* __restrict reference = sums.reference;
+  float* __restrict wraps = sums.wraps;
   double* __restrict sum = sums.sum, * __restrict squares = sums.squares, * __restrict amplitude = sums.amplitude;
   std::int32_t* __restrict valid = sums.valid, * __restrict lit = sums.lit;
+  const double period = sums.period, frequency = period > 0 ? 1 / period : 0;
   const float *now = in.lengths, *old = out.lengths;
   for (std::size_t i = 0; i < pixels; ++i) {
     const bool comes = is_valid_length(now[i]), goes = is_valid_length(old[i]);
     const std::int32_t left = valid[i] - (goes ? 1 : 0);
     const float before = reference[i], origin = Choose(comes & (left == 0), now[i], before);
-    const double gone = static_cast<double>(Choose(goes, old[i], before)) - static_cast<double>(before);
-    const double come = static_cast<double>(Choose(comes, now[i], origin)) - static_cast<double>(origin);
+    const double lost = static_cast<double>(Choose(goes, old[i], before)) - static_cast<double>(before);
+    const double added = static_cast<double>(Choose(comes, now[i], origin)) - static_cast<double>(origin);
+    const double lost_wraps = std::nearbyint(lost * frequency), added_wraps = std::nearbyint(added * frequency);
+    const double gone = lost - period * lost_wraps, come = added - period * added_wraps;
     reference[i] = origin;
+    wraps[i] += static_cast<float>(added_wraps - lost_wraps);
     sum[i] += come - gone;
     squares[i] += come * come - gone * gone;
     valid[i] = left + (comes ? 1 : 0);
@@ -96,7 +103,9 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
   std::uint16_t* __restrict flags = means.flags;
   const std::int32_t* __restrict valid = sums.valid;
   const float* __restrict reference = sums.reference, * __restrict singles = sums.single;
+  const float* __restrict wraps = sums.wraps;
   const double* __restrict sum = sums.sum, * __restrict squares = sums.squares;
+  const auto period = static_cast<float>(sums.period);
   float spread[average_block], mean[average_block];  // selected afterwards: no branches in either loop
   for (std::size_t i = first; i < last; ++i) {
     const std::int32_t n = valid[i], some = n > 1 ? n : 1, free = n > 2 ? n - 1 : 1;
@@ -104,7 +113,10 @@ void Give(const PixelSums& sums, const PixelMeans& means, std::size_t first, std
     // Only the difference needs all digits. Rounding can make it slightly negative.
     const auto left = static_cast<float>(some * squares[i] - sum[i] * sum[i]);
     spread[i - first] = std::sqrt((left + std::abs(left)) / 2 / (count * count * static_cast<float>(free)));
-    mean[i - first] = reference[i] + static_cast<float>(sum[i]) / count;
+    // Lengths that do not wrap here may exceed the period: corrected or unwrapped ones.
+    const float near = reference[i] + static_cast<float>(sum[i]) / count;
+    const float above = Choose(near < 0, near + period, near), folded = Choose(above >= period, above - period, above);
+    mean[i - first] = Choose(wraps[i] != 0, folded, near);
   }
   for (std::size_t i = first; i < last; ++i) {
     const float single = singles[i], deviation = spread[i - first], value = mean[i - first];
@@ -136,7 +148,8 @@ HWY_EXPORT(Give);
 
 /// Temporal mean of each pixel over the frames in which it is valid. sigma becomes the standard deviation of that mean,
 /// estimated from the frames: sd (n-1) / sqrt(n); for a single valid value its sigma is kept. A pixel valid in no frame
-/// stays invalid. Other flags are combined over the frames; metadata and all other channels are those of the last.
+/// stays invalid. Distances are averaged modulo the distance at which they repeat, which keeps the mean of pixels near
+/// its end correct. Other flags are combined over the frames; metadata and all other channels are those of the last.
 struct Average final : Filter {
   InOut<float> image{this, "depth|range|distance", {.text = "channel to average", .adds = "averaged"}};
   InOut<float> amplitude{
@@ -166,6 +179,7 @@ struct Average final : Filter {
     if (!*running) setup.set_frames(come / wanted, setup.stream().known);
     flags.provide(setup);
     sigma.provide(setup, image.channel());
+    repeat_.prepare(setup, image.channel());
     lengths_.prepare(setup, {image.channel(), "sigma"});
   }
 
@@ -174,6 +188,7 @@ struct Average final : Filter {
     const Array<float> values = image(frame), amplitudes = amplitude(frame);
     const Array<std::uint16_t> bits = flags(frame, values.rows(), values.columns());
     if (valid_.size() != values.size()) clear(values.size());
+    if (taken_ == 0) period_ = repeat_.of(frame);
     const PixelValues now{values.data(), amplitudes.data(), sigma.made_here() ? nullptr : sigma(frame).data()};
     if (*running) {
       run(now, values, amplitudes, bits, sigma(frame, values.rows(), values.columns()));
@@ -210,11 +225,13 @@ struct Average final : Filter {
   PixelSums sums(std::size_t first) {
     return {.reference = &reference_[first],
             .single = &single_[first],
+            .wraps = &wraps_[first],
             .sum = &sum_[first],
             .squares = &squares_[first],
             .amplitude = &amplitude_[first],
             .valid = &valid_[first],
-            .lit = &lit_[first]};
+            .lit = &lit_[first],
+            .period = period_};
   }
 
   void clear(std::size_t pixels) {
@@ -222,7 +239,7 @@ struct Average final : Filter {
     window_.clear();
     joined_.assign(pixels, 0);
     for (auto* values : {&sum_, &squares_, &amplitude_}) values->resize(pixels);
-    reference_.resize(pixels);
+    for (auto* values : {&reference_, &wraps_}) values->resize(pixels);
     single_.assign(pixels, std::numeric_limits<float>::quiet_NaN());
     valid_.resize(pixels);
     lit_.resize(pixels);
@@ -231,7 +248,7 @@ struct Average final : Filter {
 
   void zero(std::size_t first, std::size_t last) {
     for (auto* values : {&sum_, &squares_, &amplitude_}) std::fill(&(*values)[first], values->data() + last, 0.0);
-    std::fill(reference_.data() + first, reference_.data() + last, 0.0F);
+    for (auto* values : {&reference_, &wraps_}) std::fill(&(*values)[first], values->data() + last, 0.0F);
     std::fill(valid_.data() + first, valid_.data() + last, 0);
     std::fill(lit_.data() + first, lit_.data() + last, 0);
   }
@@ -302,12 +319,14 @@ struct Average final : Filter {
     }
   }
 
-  std::vector<float> reference_, single_;
+  std::vector<float> reference_, single_, wraps_;
   std::vector<double> sum_, squares_, amplitude_;
   std::vector<std::int32_t> valid_, lit_;
   std::vector<Taken> window_;          // only for a running mean
   std::vector<std::uint16_t> joined_;  // only for other means
-  std::int64_t taken_ = 0;             // frames so far; not for a running mean
+  std::int64_t taken_ = 0;             // frames so far, of this mean or of all running ones
+  double period_ = 0;                  // m, of the first frame; 0: lengths do not wrap
+  DistanceRepeat repeat_;
   OtherLengths lengths_;
 };
 

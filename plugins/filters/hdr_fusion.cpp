@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/log.hpp"
+#include "plugins/filters/distance_repeat.hpp"
 
 namespace tofgraph {
 
@@ -62,10 +63,7 @@ struct HdrFusion final : Filter {
     setup.set_frames(come / wanted, setup.stream().known);
     flags.provide(setup);
     lengths_.prepare(setup, {image.channel(), "sigma"});
-    if (std::string_view(image.channel()) != "distance") return;  // ranges and depths are assumed to be unwrapped
-    steps_ = physics::exposures_of(setup.exposures());
-    if (const tofgraph_camera* camera = setup.stream().camera; camera != nullptr)
-      nominal_ = camera->modulation_frequency;
+    repeat_.prepare(setup, image.channel());
   }
 
   /// @returns false while the frames of a bracket are being collected
@@ -75,7 +73,7 @@ struct HdrFusion final : Filter {
     const double time = setting_of(frame);
     if (times_.empty()) {
       pixels_.assign(lengths.size(), {});
-      period_ = steps_.empty() ? 0 : physics::repeat_of(steps_, frame.metadata().modulation_frequency, nominal_);
+      period_ = repeat_.of(frame);
     }
     times_.push_back(time);
     if (by_frequency()) {
@@ -215,10 +213,9 @@ struct HdrFusion final : Filter {
     if (light.data() != nullptr) p.rate += weight * double{light[i]} / time;
   }
 
-  physics::Exposures steps_;                                   // of the frames; empty: lengths do not wrap
-  double nominal_ = std::numeric_limits<double>::quiet_NaN();  // Hz, the camera's frequency
-  double period_ = 0;                                          // m, of the bracket; 0: lengths do not wrap
-  std::vector<double> times_;                                  // s; by frequency: Hz
+  DistanceRepeat repeat_;
+  double period_ = 0;          // m, of the bracket; 0: lengths do not wrap
+  std::vector<double> times_;  // s; by frequency: Hz
   std::vector<Exposure> exposures_;
   std::vector<Pixel> pixels_;
   OtherLengths lengths_;

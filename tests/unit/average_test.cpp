@@ -90,6 +90,63 @@ TEST(Average, RunningIsTheMeanOfTheLastN) {
   }
 }
 
+/// Compared with the mean of the same values away from the end of the range, shifted back.
+TEST(Average, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
+  constexpr double frequency = 299792458.0 / 15, range = 7.5, shift = 2;  // Hz, m, m
+  const std::vector<Image> noisy = recording(12);                         // near 7 m
+  for (const double end : {0.492, 0.4998, 0.502, 0.508}) {                // m, added to reach the end of the range
+    for (const char* line : {"average frames=12", "average frames=12 running=true"}) {
+      std::vector<Image> inside(noisy.size(), Image(pixels));
+      Harness stage(line);
+      stage.metadata().modulation_frequency = frequency;
+      for (std::size_t f = 0; f < noisy.size(); ++f) {
+        Image wrapped(pixels);
+        for (std::size_t i = 0; i < pixels; ++i) {
+          const double value = static_cast<double>(noisy[f][i]) + end;
+          wrapped[i] = static_cast<float>(std::fmod(value, range));
+          inside[f][i] = static_cast<float>(value - shift);
+        }
+        stage.put<float>("distance", {rows, columns}, wrapped);
+        stage.run();
+      }
+      const auto distance = stage.get<float>("distance"), sigma = stage.get<float>("sigma");
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const Reference r = reference(inside, 0, inside.size(), i);
+        if (r.valid == 0) {
+          EXPECT_TRUE(std::isnan(distance[i])) << line;
+          continue;
+        }
+        const double error = static_cast<double>(distance[i]) - (static_cast<double>(r.mean) + shift);
+        EXPECT_TRUE(distance[i] >= 0 && distance[i] < range) << distance[i];
+        EXPECT_NEAR(std::remainder(error, range), 0, 2e-6) << line << ' ' << end;
+        EXPECT_NEAR(sigma[i], static_cast<double>(r.deviation), 1e-6) << line << ' ' << end;
+      }
+    }
+  }
+}
+
+/// Mean of two frames.
+float mean_of(const std::string& channel, double frequency, float first, float second) {
+  Harness stage("average frames=2");
+  for (const float length : {first, second}) {
+    stage.put<float>(channel, {1, 1}, {length});
+    stage.metadata().modulation_frequency = frequency;
+    stage.run();
+  }
+  return stage.get<float>(channel)[0];
+}
+
+TEST(Average, OnlyDistancesOfAKnownRangeWrap) {
+  constexpr double frequency = 299792458.0 / 15;  // Hz: 7.5 m
+  EXPECT_NEAR(mean_of("distance", frequency, 0.02F, 7.49F), 0.005, 1e-6);
+  EXPECT_NEAR(mean_of("distance", frequency, 7.49F, 0.02F), 0.005, 1e-6);
+  EXPECT_NEAR(mean_of("distance", frequency, 7.47F, 0.02F), 7.495, 1e-6);
+  EXPECT_NEAR(mean_of("distance", frequency, 7.49F, 7.53F), 7.51, 1e-6) << "corrected by an offset";
+  EXPECT_NEAR(mean_of("distance", frequency / 2, 0.02F, 7.48F), 3.75, 1e-6);
+  EXPECT_NEAR(mean_of("distance", NAN, 0.02F, 7.48F), 3.75, 1e-6);
+  EXPECT_NEAR(mean_of("depth", frequency, 0.02F, 7.48F), 3.75, 1e-6);
+}
+
 TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {
   Harness stage("average frames=2");
   for (std::uint16_t f = 0; f < 2; ++f) {

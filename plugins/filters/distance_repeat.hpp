@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 The tofgraph authors
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <tofgraph/physics/unwrapping.hpp>
+#include <tofgraph/stage.hpp>
+
+#include <limits>
+#include <string_view>
+
+namespace tofgraph {
+
+/// Period of the wrapped distances of a stream, for filters that average them over frames.
+class DistanceRepeat {
+ public:
+  /// @param channel the lengths; ranges and depths are assumed to be unwrapped
+  void prepare(const Setup& setup, std::string_view channel) {
+    if (channel != "distance") return;
+    steps_ = physics::exposures_of(setup.exposures());
+    if (const tofgraph_camera* camera = setup.stream().camera; camera != nullptr)
+      nominal_ = camera->modulation_frequency;
+  }
+
+  /// Distance after which the frame's lengths repeat, m; 0: never, or unknown.
+  double of(const Frame& frame) const {
+    return steps_.empty() ? 0 : physics::repeat_of(steps_, frame.metadata().modulation_frequency, nominal_);
+  }
+
+ private:
+  physics::Exposures steps_;                                   // of the frames; empty: lengths do not wrap
+  double nominal_ = std::numeric_limits<double>::quiet_NaN();  // Hz, the camera's frequency
+};
+
+}  // namespace tofgraph
