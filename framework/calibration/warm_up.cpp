@@ -158,7 +158,7 @@ void write_values(const WarmUpData& data, const std::vector<Drift>& drifts, cons
                             {d.scatter}};
     for (std::size_t k = 0; k < std::size(row); ++k) {
       columns[k].values.value.push_back(row[k].value);
-      if (std::isfinite(row[k].sd)) columns[k].values.sd.push_back(row[k].sd);
+      columns[k].values.sd.push_back(row[k].sd);  // the writer omits those of a column if one is unknown
     }
   }
   for (const Column& c : columns) {
@@ -191,8 +191,10 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
         fmt::format("{} at {}, {}, over {}", name_of(data.campaign.boards, s.target), format_quantity(s.distance, "m"),
                     format_quantity(s.integration_time, "s"), minutes(s.span()));
     if (!d.seen) {
-      lines.push_back(fmt::format("{}: no drift, at most {:.2f} mm (95 %) with a time constant of 5 to 20 min", where,
-                                  d.upper_limit * 1e3));
+      lines.push_back(std::isfinite(d.upper_limit)
+                          ? fmt::format("{}: no drift, at most {:.2f} mm (95 %) with a time constant of 5 to 20 min",
+                                        where, d.upper_limit * 1e3)
+                          : fmt::format("{}: too late after power-on to exclude a drift", where));
       continue;
     }
     std::string slow;
@@ -247,11 +249,16 @@ WarmUpModel combine(const std::vector<Series>& series, const std::vector<Drift>&
   WarmUpModel model;
   std::vector<std::size_t> seen;
   std::vector<Estimate> taus, droops, slow_taus;
+  const auto undetermined = [](const Estimate& e) { return std::isfinite(e.value) && !std::isfinite(e.sd); };
   for (std::size_t i = 0; i < drifts.size(); ++i) {
+    if (undetermined(drifts[i].drift) || undetermined(drifts[i].droop))
+      model.notes.push_back(
+          fmt::format("the series at {}, {} does not determine its drift or droop: standard deviations are omitted",
+                      format_quantity(series[i].distance, "m"), format_quantity(series[i].integration_time, "s")));
     if (!drifts[i].seen || !(drifts[i].time_constant.sd < max_relative_sd * drifts[i].time_constant.value)) continue;
     seen.push_back(i);
     taus.push_back(drifts[i].time_constant);
-    if (std::isfinite(drifts[i].droop.value)) droops.push_back(drifts[i].droop);
+    if (std::isfinite(drifts[i].droop.value) && std::isfinite(drifts[i].droop.sd)) droops.push_back(drifts[i].droop);
     if (drifts[i].has_slow()) slow_taus.push_back(drifts[i].slow_time_constant);
   }
   if (seen.empty()) return model;

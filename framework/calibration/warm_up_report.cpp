@@ -21,6 +21,7 @@ using config::format_quantity;
 /// Text with the number of digits justified by the uncertainty.
 std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
+  if (!std::isfinite(e.sd)) return fmt::format("{:.3g}, undetermined", e.value * scale);
   const int leading = physics::to_integer(std::floor(std::log10(std::max(e.sd * scale, 1e-9))), 0);
   const int digits = std::clamp(1 - std::clamp(leading, -9, 9), 0, 5);
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
@@ -139,7 +140,7 @@ class WarmUpReport {
       const Drift& d = drifts_[i];
       const Moments m = s.window_moments();
       rows.push_back({name(s), fmt::format("{}", s.points.size()), fmt::format("{:.0f}", s.span() / 60), mm(m.mean, 1),
-                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : fmt::format("none, at most {}", mm(d.upper_limit)),
+                      mm(m.sd, 1), d.seen ? estimate(d.drift, 1e3) : no_drift(d),
                       d.seen ? estimate(d.time_constant, 1.0 / 60) : "-", estimate(d.slow_drift, 1e3),
                       estimate(d.slow_time_constant, 1.0 / 60), estimate(d.droop, 100), mm(d.scatter)});
     }
@@ -151,6 +152,10 @@ class WarmUpReport {
         "Uncertainties are standard deviations; they allow for correlated errors of successive points. "
         "Mean and standard deviation are over the time of the whole recording, of the reported window, as in table 3.1 "
         "of the reference: the weights are those of the trapezoidal rule, so that dense points do not count more.");
+  }
+
+  static std::string no_drift(const Drift& d) {
+    return std::isfinite(d.upper_limit) ? fmt::format("none, at most {}", mm(d.upper_limit)) : "undetermined";
   }
 
   void held_out() {

@@ -317,6 +317,30 @@ TEST_F(WarmUp, PixelsThatAreMissingAtFirstAreNoDrift) {
   EXPECT_NEAR(column("time_constant", "s").value[0], tau, 0.02 * tau);
 }
 
+/// Both exponentials are flat in the second recording. A list of standard deviations shorter than that of the values
+/// would assign them to the wrong series.
+TEST_F(WarmUp, ASeriesLongAfterPowerOnHasNoUncertainty) {
+  record("a.h5", {10e-3, 3.0, 10 * mm, 12 * minute}, 2 * hour, minute, 3 * mm);
+  std::vector<double> late;
+  for (int k = 0; k <= 30; ++k) late.push_back(40 * hour + k * minute);
+  record_at("b.h5", {5e-3, 3.0, 0, 12 * minute}, late, 3 * mm);
+  campaign({"a.h5", "b.h5"});
+  const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Calibrated time = column("integration_time", "s"), drift = column("drift", "m");
+  ASSERT_EQ(drift.value.size(), 2U);
+  for (std::size_t k = 0; k < 2; ++k) {
+    EXPECT_TRUE(std::isnan(drift.sd[k])) << drift.sd[k] << " m at " << time.value[k] << " s";
+    if (time.value[k] > 7e-3) {
+      EXPECT_NEAR(drift.value[k], 10 * mm, 0.5 * mm);
+    }
+  }
+  EXPECT_NE(outcome.err.find("the series at 3 m, 5 ms does not determine its drift or droop"), std::string::npos)
+      << outcome.err;
+  EXPECT_NE((outcome.out + outcome.err).find("too late after power-on to show a drift"), std::string::npos)
+      << outcome.out << outcome.err;
+}
+
 TEST_F(WarmUp, ATimeThatNobodyKnowsIsAnError) {
   record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 30 * minute, minute, 3 * mm, 0, false);
   campaign({"a.h5"});
