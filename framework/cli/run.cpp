@@ -36,16 +36,15 @@ std::string writer_of(const std::filesystem::path& path, const graph::Graph& gra
   return {};
 }
 
-/// Reason why the statistics cannot be written, or empty. @param graph whose files they must not replace; null: it is
-/// not built yet
-std::string statistics_problem(const RunArguments& arguments, graph::Graph* graph = nullptr) {
+/// Reason why the statistics cannot be written, or empty. @param graph whose files they must not replace
+std::string statistics_problem(const RunArguments& arguments, graph::Graph& graph) {
   const std::filesystem::path path = arguments.stats;
   if (path.empty()) return {};
   std::vector<std::filesystem::path> inputs(1, arguments.pipeline);
-  if (graph != nullptr) inputs.insert(inputs.end(), graph->host().inputs.begin(), graph->host().inputs.end());
+  inputs.insert(inputs.end(), graph.host().inputs.begin(), graph.host().inputs.end());
   std::string problem = io::write_error(path);
   if (problem.empty()) problem = io::input_problem(path, inputs);
-  const std::string writer = graph != nullptr ? writer_of(path, *graph) : std::string();
+  const std::string writer = writer_of(path, graph);
   if (problem.empty() && !writer.empty()) problem = fmt::format("node '{}' writes this file", writer);
   std::error_code error;
   if (problem.empty() && !arguments.force && std::filesystem::exists(path, error))
@@ -54,12 +53,12 @@ std::string statistics_problem(const RunArguments& arguments, graph::Graph* grap
 }
 
 /// @returns the run's exit code; failed if only the statistics failed. The run's own messages come first.
-int write_statistics(const RunArguments& arguments, const graph::Graph& graph, const graph::RunResult& result,
-                     int code) {
+int write_statistics(const RunArguments& arguments, graph::Graph& graph, const graph::RunResult& result, int code) {
   if (arguments.stats.empty()) return code;
   try {
-    // The file may have been created since the first check.
-    if (const std::string problem = statistics_problem(arguments); !problem.empty()) throw std::runtime_error(problem);
+    // The file may have been created during the run.
+    if (const std::string problem = statistics_problem(arguments, graph); !problem.empty())
+      throw std::runtime_error(problem);
     io::write_file(arguments.stats, config::json_text(graph::statistics_json(graph, result), 2) + "\n");
     return code;
   } catch (const std::exception& error) {
@@ -133,15 +132,13 @@ std::filesystem::path folder_of(const RunArguments& arguments) {
 }  // namespace
 
 int run_once(const config::Value& document, const RunArguments& arguments, const Common& common) {
-  if (const std::string problem = statistics_problem(arguments); !problem.empty())
-    throw config::ConfigurationError(problem);
   if (arguments.validate) graph::set_validating();
   const UntrustedLimits limits;
   const double seconds = time_limit_of(arguments, limits);
   std::optional<TimeLimit> time;
   if (std::isfinite(seconds)) time.emplace(seconds);
   const auto graph = build(document, arguments, common, arguments.force);
-  if (const std::string problem = statistics_problem(arguments, graph.get()); !problem.empty())
+  if (const std::string problem = statistics_problem(arguments, *graph); !problem.empty())
     throw config::ConfigurationError(problem);
   for (const auto& node : graph->nodes()) {
     if (arguments.validate) node->set_validating();
@@ -163,7 +160,9 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
     result.error = fmt::format("stopped after {}, the limit of {}; the frames up to here are complete",
                                config::format_quantity(seconds, "s"),
                                arguments.time_limit.empty() ? "--untrusted" : "--time-limit");
-  if (arguments.untrusted && arguments.frames == 0 && result.frames + result.dropped >= limits.frames &&
+  const std::uint64_t announced = graph->nodes().front()->output().frames;  // 0: unknown, or endless
+  const bool more = announced == 0 || announced > limits.frames;
+  if (arguments.untrusted && arguments.frames == 0 && more && result.frames + result.dropped >= limits.frames &&
       result.error.empty())
     result.error = fmt::format(
         "stopped after {} frames, the limit of --untrusted; the frames up to here are complete\n"

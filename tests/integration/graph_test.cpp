@@ -225,11 +225,14 @@ TEST(Statistics, DoNotHideTheErrorOfTheRun) {
   EXPECT_NE(failed.err.find("node 'make_depth' (make_depth), frame 400: told to fail"), std::string::npos)
       << failed.err;
   EXPECT_NE(failed.err.find("the statistics of the run could not be written: "), std::string::npos) << failed.err;
+  // Another program creates the file of the statistics during the run.
   const Outcome interrupted =
-      shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats b.txt & " +
-                once_it_writes("b.txt") + "kill -INT $!; wait $!",
+      shell("\"$TOFGRAPH\" run 'ramp frames=0 pause=\"1 ms\" ! collect path=b.txt' --stats s.json & " +
+                once_it_writes("b.txt") + "echo precious > s.json; kill -INT $!; wait $!",
             folder.path());
   EXPECT_EQ(interrupted.exit_code, 130) << interrupted.err;
+  EXPECT_NE(interrupted.err.find("--stats s.json: error: the file exists"), std::string::npos) << interrupted.err;
+  EXPECT_EQ(read_text(folder.path() / "s.json"), "precious\n");
 }
 
 TEST(StandardOutput, ThatIsFullIsAnError) {

@@ -93,12 +93,20 @@ TEST_F(Untrusted, RefusesAPipelineThatReplacesFiles) {
 }
 
 TEST_F(Untrusted, LimitsFrames) {
-  const tests::Outcome outcome = tests::shell(
-      "$TOFGRAPH run --untrusted 'simulator frames=0 noise=none frame_rate=80Hz ! four_phase_decoder ! "
-      "statistics path=s.json' --camera received/tiny.yaml",
-      folder_.path());
-  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  EXPECT_THAT(outcome.err, HasSubstr("error: stopped after 10000 frames, the limit of --untrusted"));
+  const auto simulate = [&](const std::string& frames) {
+    return tests::shell("$TOFGRAPH run --untrusted --force 'simulator frames=" + frames +
+                            " noise=none frame_rate=80Hz ! four_phase_decoder ! statistics path=s.json' "
+                            "--camera received/tiny.yaml",
+                        folder_.path());
+  };
+  for (const char* frames : {"0", "10001"}) {
+    const tests::Outcome outcome = simulate(frames);
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("error: stopped after 10000 frames, the limit of --untrusted")) << frames;
+  }
+  const tests::Outcome complete = simulate("10000");
+  EXPECT_EQ(complete.exit_code, 0) << complete.err;
+  EXPECT_THAT(complete.err, HasSubstr("10000 frames in "));
 }
 
 TEST_F(Untrusted, LimitsTime) {
