@@ -8,6 +8,7 @@
 #include "io/calibration.hpp"
 #include "io/captures/capture.hpp"
 #include "io/output_file.hpp"
+#include "io/pattern.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
@@ -21,25 +22,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Wraps the capture and its pattern in a campaign with one condition, so that the same checks apply.
-io::Campaign campaign_of(const PoseArguments& arguments) {
-  config::Diagnostics diagnostics;
-  std::string camera = arguments.camera;
-  io::CameraPtr recorded;
-  if (camera.empty()) {
+/// Camera given by the user, else of the capture's profile, else of its name. Null if there are errors.
+io::CameraPtr camera_of(const PoseArguments& arguments, config::Diagnostics& diagnostics) {
+  std::string name = arguments.camera;
+  if (name.empty()) {
     const io::CaptureReader capture(arguments.capture);
     const io::CaptureHeader& header = capture.header();
     if (!header.profile.empty())
-      recorded = io::read_profile(config::parse_document("profile", header.profile), diagnostics);
-    // The profile in the capture may not be installed: an installed one stands in for it while the campaign is read.
-    camera = recorded ? "camcube2" : header.camera;
+      return io::read_profile(config::parse_document("profile", header.profile), diagnostics);
+    name = header.camera;
   }
-  const std::string text =
-      fmt::format("campaign: 1\ncamera: {}\npattern: {}\nconditions:\n  - {{capture: {}}}\n", config::yaml_word(camera),
-                  arguments.pattern, config::yaml_word(fs::absolute(arguments.capture).string()));
-  io::Campaign campaign = io::read_campaign(config::parse_document("--pattern", text), diagnostics);
+  return io::find_camera(config::parse_document("--camera", config::yaml_word(name)), diagnostics);
+}
+
+/// Campaign of the capture alone.
+io::Campaign campaign_of(const PoseArguments& arguments) {
+  config::Diagnostics diagnostics;
+  io::Campaign campaign;
+  campaign.camera = camera_of(arguments, diagnostics);
+  campaign.pattern = io::read_pattern(config::parse_document("--pattern", arguments.pattern), diagnostics);
   if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
-  if (recorded) campaign.camera = recorded;
+  campaign.conditions.emplace_back().capture = arguments.capture;
   return campaign;
 }
 

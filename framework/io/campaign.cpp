@@ -3,6 +3,7 @@
 #include "io/campaign.hpp"
 
 #include "config/quantity.hpp"
+#include "io/pattern.hpp"
 #include "io/profile.hpp"
 
 #include <fmt/format.h>
@@ -130,6 +131,8 @@ void read_circles(config::Reader& reader, const config::Value& value, Pattern& p
                       "example: spacing: 30 mm, diameter: 20 mm");
 }
 
+}  // namespace
+
 Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostics) {
   static const std::vector<std::string> types = {"chessboard", "charuco", "circles", "asymmetric_circles"};
   config::Reader reader(value, diagnostics, "the pattern");
@@ -149,8 +152,6 @@ Pattern read_pattern(const config::Value& value, config::Diagnostics& diagnostic
   reader.finish();
   return pattern;
 }
-
-}  // namespace
 
 const std::vector<std::string>& marker_dictionaries() {
   static const std::vector<std::string> names = [] {

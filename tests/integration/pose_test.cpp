@@ -154,6 +154,11 @@ TEST_F(PoseCommand, SaysWhatIsWrong) {
   EXPECT_NE(other.err.find("the pattern is not seen"), std::string::npos) << other.err;
   const Outcome bad = run("pose board.h5 --pattern '{type: chess, columns: 5}'");
   EXPECT_EQ(bad.exit_code, 2) << bad.err;
+  EXPECT_NE(bad.err.find("--pattern:1:8: error: 'type' is 'chess'"), std::string::npos) << bad.err;
+  const Outcome unknown = run("pose board.h5 --camera nobody --pattern '{type: chessboard}'");
+  EXPECT_EQ(unknown.exit_code, 2) << unknown.err;
+  EXPECT_NE(unknown.err.find("--camera:1:1: error: there is no camera profile 'nobody'"), std::string::npos)
+      << unknown.err;
   write_text(
       folder.path() / "twice.yaml",
       "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator}\n  - {stage: four_phase_decoder}\n  - {stage: "
