@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace tofgraph::live {
 namespace {
@@ -80,7 +81,7 @@ json calibration_message(const NodeInfo& node, std::uint64_t time) {
           {"frame_id", node.camera.empty() ? "camera" : node.camera},
           {"width", node.columns},
           {"height", node.rows},
-          {"distortion_model", "plumb_bob"},
+          {"distortion_model", node.distortion_model},
           {"D", node.distortion},
           {"K", {fx, 0, cx, 0, fy, cy, 0, 0, 1}},
           {"R", {1, 0, 0, 0, 1, 0, 0, 0, 1}},
@@ -88,6 +89,18 @@ json calibration_message(const NodeInfo& node, std::uint64_t time) {
 }
 
 }  // namespace
+
+void set_lens(const tofgraph_camera& camera, NodeInfo& node) {
+  const std::span<const double> further(camera.further_distortion);  // k4 k5 k6, then those of a thin prism
+  const auto is_term = [](double k) { return k != 0; };
+  const bool prism = std::ranges::any_of(further.subspan(3), is_term);
+  if (camera.lens_model == TOFGRAPH_LENS_RAYS || camera.skew != 0 || prism) return;
+  const bool fisheye = camera.lens_model == TOFGRAPH_LENS_FISHEYE;
+  const bool rational = std::ranges::any_of(further.first(3), is_term);
+  node.distortion_model = fisheye ? "kannala_brandt" : rational ? "rational_polynomial" : "plumb_bob";
+  node.distortion.assign(camera.distortion, camera.distortion + (fisheye ? 4 : 5));
+  if (rational) node.distortion.insert(node.distortion.end(), further.begin(), further.begin() + 3);
+}
 
 std::vector<FoxgloveTopic> foxglove_topics(const std::vector<NodeInfo>& nodes) {
   std::vector<FoxgloveTopic> topics;
@@ -97,7 +110,8 @@ std::vector<FoxgloveTopic> foxglove_topics(const std::vector<NodeInfo>& nodes) {
       const FoxgloveKind kind = channel.name == "points" ? FoxgloveKind::point_cloud : FoxgloveKind::raw_image;
       topics.push_back({prefix + channel.name, kind, i, channel.name});
     }
-    if (nodes[i].rays != nullptr) topics.push_back({prefix + "camera", FoxgloveKind::camera_calibration, i, ""});
+    if (nodes[i].rays != nullptr && !nodes[i].distortion_model.empty())
+      topics.push_back({prefix + "camera", FoxgloveKind::camera_calibration, i, ""});
   }
   return topics;
 }

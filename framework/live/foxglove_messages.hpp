@@ -5,6 +5,8 @@
 
 #include "live/picture.hpp"
 
+#include <tofgraph/plugin.h>
+
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
@@ -23,6 +25,11 @@ struct FoxgloveTopic {
   std::string channel;  ///< of an image or cloud
 };
 
+/// Sets the lens of a node in the terms of CameraCalibration: kannala_brandt is OpenCV's fisheye. Leaves it empty if it
+/// is a table of rays or has a thin prism or a skew. https://docs.foxglove.dev/docs/sdk/schemas/camera-calibration
+void set_lens(const tofgraph_camera& camera, NodeInfo& node);
+
+/// @returns no camera for a lens that CameraCalibration cannot hold
 std::vector<FoxgloveTopic> foxglove_topics(const std::vector<NodeInfo>& nodes);
 const char* foxglove_schema_name(FoxgloveKind kind);
 /// JSON schema as text. Binary data are base64.

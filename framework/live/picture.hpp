@@ -72,8 +72,10 @@ struct NodeInfo {
   std::size_t rows = 0, columns = 0;  ///< of the camera; 0: none
   const float* rays = nullptr;        ///< rows x columns x 3 unit vectors; null: no camera
   double focal_length = 0;            ///< m, NaN: unknown
-  double focal_px[2] = {}, principal_point[2] = {}, distortion[5] = {};
+  double focal_px[2] = {}, principal_point[2] = {};
   std::string camera;
+  std::string distortion_model;  ///< of Foxglove's CameraCalibration; empty: it has none for this lens
+  std::vector<double> distortion;
 };
 
 }  // namespace tofgraph::live

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "live/encoding.hpp"
+#include "live/foxglove_messages.hpp"
 #include "live/server.hpp"
 
 namespace tofgraph {
@@ -62,6 +63,10 @@ struct LiveView final : Sink {
   void prepare(Setup& setup) {
     if (setup.streams().size() > 64) throw std::runtime_error("shows at most 64 nodes");
     for (const tofgraph_stream* stream : setup.streams()) nodes_.push_back(described(*stream));
+    const bool unstated = std::ranges::any_of(
+        nodes_, [](const live::NodeInfo& node) { return node.rays != nullptr && node.distortion_model.empty(); });
+    if (unstated)
+      warn("Foxglove gets no camera: its CameraCalibration cannot hold a table of rays, a thin prism or a skew");
     const bool any = std::ranges::any_of(nodes_, [](const live::NodeInfo& node) { return !node.channels.empty(); });
     if (!any)
       throw std::runtime_error(
@@ -144,7 +149,7 @@ struct LiveView final : Sink {
     node.focal_length = camera.focal_length;
     std::copy_n(camera.focal_px, 2, node.focal_px);
     std::copy_n(camera.principal_point, 2, node.principal_point);
-    std::copy_n(camera.distortion, 5, node.distortion);
+    live::set_lens(camera, node);
     return node;
   }
 

@@ -8,14 +8,15 @@
 #include <memory>
 #include <optional>
 
+#include "config/quantity.hpp"
 #include "plugins/sinks/mcap_file.hpp"
 #include "plugins/sinks/ros_definitions.hpp"
 
 namespace tofgraph {
 
 /// Image channels become sensor_msgs/Image (32FC1: lengths in metres, counts; flags mono16), points become PointCloud2
-/// with the amplitude as intensity, the profile CameraInfo. The file appears under its name when it is complete. Frames
-/// without a time stamp get consecutive times, 1 ns apart.
+/// with the amplitude as intensity, the profile CameraInfo, unless its lens is a table of rays. The file appears under
+/// its name when it is complete. Frames without a time stamp get consecutive times, 1 ns apart.
 struct McapWriter final : Sink {
   In<void> every{this, "*", {.text = "images of one number per pixel, and points"}};
   Param<OutputFile> path{this, "path", {.required = true, .text = "the recording, e.g. out/drive.mcap"}};
@@ -44,7 +45,7 @@ struct McapWriter final : Sink {
     if (!left_out_.empty()) warn(left_out_ + " cannot be written: a message holds one number per pixel");
     if (topics->empty() || topics->front() != '/' || topics->back() == '/')
       throw ConfigError("topics", "must begin with a / and not end with one, e.g. /camera");
-    camera_ = setup.stream().camera;
+    describe_camera(setup.stream().camera);
   }
 
   void process(Frame& frame) {
@@ -69,6 +70,19 @@ struct McapWriter final : Sink {
   }
 
  private:
+  /// Stores the camera if CameraInfo can hold its lens; warns of what viewers would compute wrongly.
+  void describe_camera(const tofgraph_camera* camera) {
+    if (camera == nullptr) return;
+    if (camera->lens_model == TOFGRAPH_LENS_RAYS)
+      return warn("no camera_info is written: it cannot hold a lens that is a table of rays");
+    camera_ = camera;
+    if (std::ranges::find(names_, "depth") != names_.end() && camera->focal_length > 0)
+      warn(
+          "depth counts from the sensor plane, in ROS from the lens centre: viewers that compute points from depth and "
+          "camera_info place them " +
+          config::format_quantity(camera->focal_length, "m") + " too far; the channel points is not affected");
+  }
+
   void open() {
     file_ = std::make_unique<mcap::File>(std::string(*path), *compression == "none" ? "" : std::string(*compression));
     for (const std::string& name : names_) {

@@ -138,6 +138,27 @@ const fs = require("fs");
   EXPECT_EQ(camera["k"][2], 3.5);
 }
 
+TEST_F(RecordingWriters, WhatViewersOfMcapWouldComputeWronglyIsSaid) {
+  const Outcome pinhole = run("mcap_writer path=a.mcap");
+  ASSERT_EQ(pinhole.exit_code, 0) << pinhole.err;
+  EXPECT_THAT(pinhole.err, HasSubstr("place them 2 mm too far")) << "the focal length of the profile";
+  std::string rays;
+  for (std::size_t i = 0; i < small_pixels; ++i)
+    rays += std::to_string(static_cast<double>(i % small_width) - 3.5) + "," +
+            std::to_string(static_cast<double>(i / small_width) - 2.5) + ",44\n";
+  write_text(path("rays.csv"), rays);
+  write_text(path("table.yaml"),
+             "profile: 1\nname: tiny\nwidth: 8\nheight: 6\npixel_pitch: 45 um\nrays: rays.csv\n"
+             "modulation_frequency: 20 MHz\n");
+  const Outcome table =
+      tofgraph("run \"capture_reader file=in.h5 ! mcap_writer path=b.mcap topics=/tof\" --camera ./table.yaml");
+  ASSERT_EQ(table.exit_code, 0) << table.err;
+  EXPECT_THAT(table.err, HasSubstr("no camera_info is written"));
+  const std::string inspected = tofgraph("convert --inspect b.mcap").out;
+  EXPECT_THAT(inspected, HasSubstr("/tof/points"));
+  EXPECT_THAT(inspected, testing::Not(HasSubstr("with a camera profile"))) << "a pinhole without distortion is wrong";
+}
+
 TEST_F(RecordingWriters, ARecordingSurvivesNumPy) {
   for (const std::string channel : {"depth", "amplitude", "points", "flags"}) {
     const Outcome written = run("npy_writer path=" + channel + ".npy channel=" + channel);

@@ -12,6 +12,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <limits>
 #include <random>
@@ -91,6 +93,35 @@ TEST(LiveEncoding, Base64IsThatOfRfc4648) {
                                                                                     {"fooba", "Zm9vYmE="},
                                                                                     {"foobar", "Zm9vYmFy"}})
     EXPECT_EQ(config::base64(plain.data(), plain.size()), text);
+}
+
+/// Names and parameters as in the documentation of Foxglove's schema.
+TEST(Foxglove, StatesTheLensInTheTermsOfItsSchema) {
+  const float ray[] = {0, 0, 1};
+  tofgraph_camera camera{};
+  std::ranges::copy(std::array{0.1, 0.2, 0.3, 0.4, 0.5}, camera.distortion);
+  const auto lens = [&]() -> nlohmann::json {
+    NodeInfo node;
+    node.rays = ray;
+    set_lens(camera, node);
+    const std::vector<FoxgloveTopic> topics = foxglove_topics({node});
+    if (topics.empty()) return nullptr;
+    const nlohmann::json message = foxglove_message(topics.front(), node, {}, 0);
+    return {{"model", message["distortion_model"]}, {"D", message["D"]}};
+  };
+  EXPECT_EQ(lens().dump(), R"({"D":[0.1,0.2,0.3,0.4,0.5],"model":"plumb_bob"})");
+  camera.lens_model = TOFGRAPH_LENS_FISHEYE;
+  EXPECT_EQ(lens().dump(), R"({"D":[0.1,0.2,0.3,0.4],"model":"kannala_brandt"})");
+  camera.lens_model = TOFGRAPH_LENS_RAYS;
+  EXPECT_TRUE(lens().is_null());
+  camera.lens_model = TOFGRAPH_LENS_OPENCV;
+  camera.further_distortion[1] = 0.7;
+  EXPECT_EQ(lens().dump(), R"({"D":[0.1,0.2,0.3,0.4,0.5,0.0,0.7,0.0],"model":"rational_polynomial"})");
+  camera.skew = 0.01;
+  EXPECT_TRUE(lens().is_null());
+  camera.skew = 0;
+  camera.further_distortion[3] = 0.01;
+  EXPECT_TRUE(lens().is_null()) << "thin prism";
 }
 
 /// A server with one node of 4 x 3 pixels.
