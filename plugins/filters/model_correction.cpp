@@ -56,10 +56,11 @@ HWY_EXPORT(LookUp);
 /// Effects of the geometry are applied as a corrected camera. Tables are compiled with the first frame and again for
 /// settings that they do not cover; they are kept in the program's cache for the next run.
 struct ModelCorrection final : Filter {
-  InOut<float> distance{
-      this,
-      "distance",
-      {.text = "half of the travelled path", .refuses = "model_correction offset denoised non_linearity rectified"}};
+  InOut<float> distance{this,
+                        "distance",
+                        {.text = "half of the travelled path",
+                         .refuses = "model_correction effects offset denoised non_linearity rectified",
+                         .adds = "effects"}};
   In<float> amplitude{this, "amplitude", {.optional = true, .text = "needed if the model's effects depend on it"}};
   InOut<float> sigma{this, "sigma", {.optional = true, .text = "standard deviation of the distance"}};
   InOut<std::uint16_t> flags{

@@ -96,6 +96,21 @@ TEST_F(ModelCorrectionNode, GivesTheSameWithAnyNumberOfThreads) {
   }
 }
 
+TEST_F(ModelCorrectionNode, IsAppliedOnce) {
+  const std::string once = pipeline("camcube2", "    model: model.yaml\n"), next = "  - {stage: optimized_bistatic}\n";
+  write_text(folder.path() / "p.yaml", once);
+  const Outcome explained = shell("\"$TOFGRAPH\" explain p.yaml", folder.path());
+  EXPECT_NE(explained.out.find("model_correction, effects"), std::string::npos) << explained.out;
+  std::string twice = once;
+  twice.insert(twice.find(next), "  - {name: again, stage: model_correction, model: model.yaml}\n");
+  write_text(folder.path() / "p.yaml", twice);
+  const Outcome refused = shell("\"$TOFGRAPH\" check p.yaml", folder.path());
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("node 'again' (model_correction): 'distance' already has model_correction applied"),
+            std::string::npos)
+      << refused.err;
+}
+
 TEST_F(ModelCorrectionNode, SaysWhereNothingIsUndone) {
   write_text(folder.path() / "p.yaml",
              pipeline("camcube2", "    model: {effects: [{effect: temporal_noise, factor: 2}]}\n"));
