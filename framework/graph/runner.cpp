@@ -85,6 +85,9 @@ class Runner::Impl final : public RunControl {
   void run_segment(const Segment& segment, FrameSlot& slot);
   void take_inputs(std::size_t index, FrameSlot& slot);
   void run_node(std::size_t index, FrameSlot& slot);
+  void pass_on(std::size_t index, FrameSlot& slot);
+  bool has_receiver(const Node& node) const { return options_.receivers.contains(node.name); }
+  void clear_read(std::size_t index, FrameSlot& slot);
   void fail(std::size_t node, std::uint64_t frame, const std::string& text) noexcept;
   void finish();
 
@@ -112,7 +115,7 @@ class Runner::Impl final : public RunControl {
 
 void Runner::Impl::build(tbb::flow::graph& flow) {
   namespace tf = tbb::flow;
-  segments_ = segments_of(graph_, [this](const Node& node) { return options_.receivers.contains(node.name); });
+  segments_ = segments_of(graph_, [this](const Node& node) { return has_receiver(node); });
   tf::sender<FrameSlot*>* previous = nullptr;
   const auto connect = [&](tf::receiver<FrameSlot*>& next) {
     if (previous == nullptr)
@@ -264,12 +267,14 @@ void Runner::Impl::run_step(const Segment& segment, FrameSlot& slot, bool last) 
 }
 
 void Runner::Impl::run_segment(const Segment& segment, FrameSlot& slot) {
+  const auto skipped = [&] { return slot.frames.front().metadata.number >= first_failed_.load(); };
   for (const std::size_t index : segment.nodes) {
-    if (slot.frames.front().metadata.number >= first_failed_.load()) return;
+    if (skipped()) return;
     const auto absent = [&](std::size_t input) { return slot.absent[input]; };
     slot.absent[index] = std::ranges::any_of(graph_.inputs(index), absent);
     if (!slot.absent[index]) run_node(index, slot);
   }
+  if (segment.received && !slot.absent[*segment.received] && !skipped()) pass_on(*segment.received, slot);
 }
 
 /// Passes the inputs of a node to it, as a frame of its own.
@@ -289,14 +294,8 @@ void Runner::Impl::take_inputs(std::size_t index, FrameSlot& slot) {
 void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
   Node& node = *graph_.nodes()[index];
   const std::vector<std::size_t>& inputs = graph_.inputs(index);
-  tofgraph_frame& frame = slot.frames[index];
-  const auto receiver = options_.receivers.find(node.name);
   try {
-    if (node.is_source()) {  // the frame is already stored; only the receiver is called
-      receiver->second(frame);
-      return;
-    }
-    tofgraph_frame* one = &frame;
+    tofgraph_frame* one = &slot.frames[index];
     std::span<tofgraph_frame*> frames(&one, 1);
     thread_local std::vector<tofgraph_frame*> many;
     if (node.many_inputs()) {
@@ -311,14 +310,29 @@ void Runner::Impl::run_node(std::size_t index, FrameSlot& slot) {
     // A stage that waits for its own parallel work must not start another node's frame meanwhile.
     tbb::this_task_arena::isolate([&] { slot.absent[index] = !node.process(frames.data(), frames.size()); });
     times_[index].add(seconds_since(start));
-    if (receiver != options_.receivers.end() && !slot.absent[index]) receiver->second(*frames.front());
   } catch (...) {
     fail(index, slot.frames.front().metadata.number, config::what_was_thrown());
   }
-  for (const std::size_t input : inputs) {
+  if (!has_receiver(node)) clear_read(index, slot);
+}
+
+/// Passes the frame of a node to its receiver; for a sink of many streams that of the first one.
+void Runner::Impl::pass_on(std::size_t index, FrameSlot& slot) {
+  const Node& node = *graph_.nodes()[index];
+  try {
+    options_.receivers.at(node.name)(slot.frames[node.many_inputs() ? graph_.inputs(index).front() : index]);
+  } catch (...) {
+    fail(index, slot.frames.front().metadata.number, config::what_was_thrown());
+  }
+  clear_read(index, slot);
+}
+
+/// Returns the buffers of the frames that no later node reads.
+void Runner::Impl::clear_read(std::size_t index, FrameSlot& slot) {
+  for (const std::size_t input : graph_.inputs(index)) {
     if (last_reader_[input] == index) slot.frames[input].clear();
   }
-  if (last_reader_[index] == 0) frame.clear();
+  if (last_reader_[index] == 0) slot.frames[index].clear();
 }
 
 /// Ends the run. Called where no exception may escape: in the source's thread and in tasks.

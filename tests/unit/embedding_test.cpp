@@ -34,6 +34,16 @@ TEST(Embedding, WhatACallbackThrowsEndsTheRun) {
   EXPECT_EQ(error_of("ramp", 5), "node 'ramp' (ramp), frame 7: threw something that is not a std::exception");
 }
 
+TEST(Embedding, ACallbackHasTheFramesOfAParallelNodeInOrder) {
+  constexpr std::uint64_t frames = 40;
+  Pipeline pipeline("ramp frames=40 ! make_depth pause='2 ms' ! null");
+  pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
+  std::uint64_t next = 0;
+  pipeline.on_frame("make_depth", [&](const Frame& frame) { EXPECT_EQ(frame.metadata().number, next++); });
+  pipeline.run(0, 4);
+  EXPECT_EQ(next, frames);
+}
+
 TEST(Embedding, StopFromACallbackEndsTheRun) {
   Pipeline pipeline("ramp frames=0 ! make_depth ! null");
   pipeline.plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
