@@ -18,11 +18,12 @@ namespace {
 
 struct Type {
   std::uint32_t type;
-  const char* name;
+  py::dtype (*dtype)();
 };
-constexpr std::array types = {Type{TOFGRAPH_TYPE_F32, "float32"}, Type{TOFGRAPH_TYPE_F64, "float64"},
-                              Type{TOFGRAPH_TYPE_U8, "uint8"},    Type{TOFGRAPH_TYPE_U16, "uint16"},
-                              Type{TOFGRAPH_TYPE_I16, "int16"},   Type{TOFGRAPH_TYPE_I32, "int32"}};
+constexpr std::array types = {
+    Type{TOFGRAPH_TYPE_F32, py::dtype::of<float>},        Type{TOFGRAPH_TYPE_F64, py::dtype::of<double>},
+    Type{TOFGRAPH_TYPE_U8, py::dtype::of<std::uint8_t>},  Type{TOFGRAPH_TYPE_U16, py::dtype::of<std::uint16_t>},
+    Type{TOFGRAPH_TYPE_I16, py::dtype::of<std::int16_t>}, Type{TOFGRAPH_TYPE_I32, py::dtype::of<std::int32_t>}};
 
 std::vector<std::string> names_of(const auto& channels) {
   std::vector<std::string> names;
@@ -38,6 +39,11 @@ const tofgraph_frame::Channel& find(const auto& channels, const std::string& nam
   for (const std::string& known : names_of(channels)) text += known + " ";
   text.pop_back();
   throw py::key_error(text);
+}
+
+/// Does what `array.flags.writeable = False` does, without two calls of Python.
+void make_read_only(const py::array& array) {
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
 }
 
 /// Releases an array whose memory a channel shares, under the GIL.
@@ -87,12 +93,12 @@ void set_metadata(const StageFrame& frame, const std::string& wanted, const py::
 py::dtype dtype_of(std::uint32_t type) {
   const auto found = std::ranges::find(types, type, &Type::type);
   if (found == types.end()) throw py::type_error("a channel's type is unknown to NumPy");
-  return py::dtype(found->name);
+  return found->dtype();
 }
 
 std::uint32_t type_of(const py::dtype& dtype) {
   for (const Type& type : types)
-    if (dtype.equal(py::dtype(type.name))) return type.type;
+    if (dtype.equal(type.dtype())) return type.type;
   throw py::type_error("channels hold float32, float64, uint8, uint16, int16 or int32, not " +
                        py::str(py::handle(dtype)).cast<std::string>());
 }
@@ -123,7 +129,7 @@ py::array array_of(const tofgraph_frame::Channel& channel, Pool pool, bool writa
   const py::capsule owner(new Owner{std::move(pool), channel.buffer},
                           [](void* held) { delete static_cast<Owner*>(held); });
   py::array array(dtype_of(channel.type), shape, channel.buffer.data(), owner);
-  if (!writable) array.attr("flags").attr("writeable") = false;
+  if (!writable) make_read_only(array);
   return array;
 }
 
@@ -162,7 +168,7 @@ void StageFrame::set(const std::string& channel, const py::object& object) const
   const std::uint32_t type = type_of(given.dtype());
   const bool whole = (given.flags() & py::array::c_style) != 0 && given.owndata();
   py::array array = whole ? given : py::array(given.attr("copy")("C"));
-  array.attr("flags").attr("writeable") = false;  // the frame owns it now
+  make_read_only(array);  // the frame owns it now
   tofgraph_view view{};
   view.size = sizeof view;
   view.type = type;
@@ -197,7 +203,7 @@ py::array StageFrame::modify(const std::string& channel) const {
 }
 
 void StageFrame::end() {
-  for (auto& [name, array] : modified_) array.attr("flags").attr("writeable") = false;
+  for (const auto& [name, array] : modified_) make_read_only(array);
   modified_.clear();
   frame_ = nullptr;
 }

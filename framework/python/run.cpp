@@ -115,13 +115,15 @@ void Run::leave_all() {
 std::shared_ptr<HeldFrame> Run::next() {
   const Inside inside;
   std::shared_ptr<HeldFrame> frame;
+  bool half_empty = false;
   wait([&] {
     if (queue_.empty()) return over_;
     frame = std::move(queue_.front());
     queue_.pop_front();
-    room_.notify_one();
+    half_empty = queue_.size() == capacity_ / 2;
     return true;
   });
+  if (half_empty) room_.notify_one();  // no earlier: else a full queue would wake the run's thread for each frame
   if (!frame) end();
   return frame;
 }

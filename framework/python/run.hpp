@@ -98,7 +98,7 @@ class Run {
   mutable std::mutex mutex_;
   std::mutex join_mutex_;
   std::condition_variable changed_;  ///< a frame has arrived, or the run is over
-  std::condition_variable room_;     ///< the queue has room, or the run is to end
+  std::condition_variable room_;     ///< half of the queue is free, or the run is to end
   std::deque<std::shared_ptr<HeldFrame>> queue_;
   graph::RunResult result_;
   bool over_ = false, closing_ = false;

@@ -117,7 +117,7 @@ class Pipeline:
         """Checks everything without running. @returns warnings @throws ConfigurationError listing all errors"""
         return _core.check(self._description)
 
-    def frames(self, node="", *, count=0, threads=0, capacity=4):
+    def frames(self, node="", *, count=0, threads=0, capacity=8):
         """Runs the pipeline and yields the frames that leave a node.
 
         @param node name of the node; default: the last that is not a sink
@@ -127,7 +127,7 @@ class Pipeline:
         @throws ConfigurationError, and RunError at the frame where the run failed
         """
         if capacity < 1:
-            raise ValueError(f"capacity is {capacity}, expected at least 1, e.g. capacity=4")
+            raise ValueError(f"capacity is {capacity}, expected at least 1, e.g. capacity=8")
         run = _core.Run(self._description, node, True, count, threads, capacity)
         _running.add(run)
         self._warn(run.warnings)
