@@ -62,7 +62,8 @@ float Choose(bool first, float a, float b) {
 }
 
 /// Adds a frame's pixels to the sums of a block and subtracts those of another.
-void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
+template <bool wrapped>
+void ExchangeLengths(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
   float* __restrict reference = sums.reference;
   float* __restrict wraps = sums.wraps;
   double* __restrict sum = sums.sum, * __restrict squares = sums.squares, * __restrict amplitude = sums.amplitude;
@@ -75,10 +76,11 @@ void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& o
     const float before = reference[i], origin = Choose(comes & (left == 0), now[i], before);
     const double lost = static_cast<double>(Choose(goes, old[i], before)) - static_cast<double>(before);
     const double added = static_cast<double>(Choose(comes, now[i], origin)) - static_cast<double>(origin);
-    const double lost_wraps = std::nearbyint(lost * frequency), added_wraps = std::nearbyint(added * frequency);
+    const double lost_wraps = wrapped ? std::nearbyint(lost * frequency) : 0;
+    const double added_wraps = wrapped ? std::nearbyint(added * frequency) : 0;
     const double gone = lost - period * lost_wraps, come = added - period * added_wraps;
     reference[i] = origin;
-    wraps[i] += static_cast<float>(added_wraps - lost_wraps);
+    if (wrapped) wraps[i] += static_cast<float>(added_wraps - lost_wraps);
     sum[i] += come - gone;
     squares[i] += come * come - gone * gone;
     valid[i] = left + (comes ? 1 : 0);
@@ -94,6 +96,14 @@ void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& o
     amplitude[i] += static_cast<double>(Choose(comes, now[i], 0)) - static_cast<double>(Choose(goes, old[i], 0));
     lit[i] += (comes ? 1 : 0) - (goes ? 1 : 0);
   }
+}
+
+void Exchange(const PixelSums& sums, const PixelValues& in, const PixelValues& out, std::size_t pixels) {
+  // Without the division into periods the loop is three times as fast.
+  if (sums.period > 0)
+    ExchangeLengths<true>(sums, in, out, pixels);
+  else
+    ExchangeLengths<false>(sums, in, out, pixels);
 }
 
 /// Mean and its standard deviation sd (n - 1) / sqrt(n), for one block at most.
