@@ -3,6 +3,7 @@
 #include "diagnosis/model/intervals.hpp"
 
 #include "diagnosis/data/search_settings.hpp"
+#include "diagnosis/model/scan.hpp"
 
 #include <fmt/format.h>
 #include <boost/math/distributions/chi_squared.hpp>
@@ -199,6 +200,11 @@ Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span
   }
   if (!off || !consistent_with_off(fit, from, at, lack_of_fit)) return {};
   return {"none of its amplitudes differs significantly from zero", std::nullopt};
+}
+
+Unidentified identifiability_of(const Problem& problem, const ModelFit& fit, std::size_t term, std::uint64_t seed) {
+  const double rest = lack_of_fit(problem, fit);
+  return identifiability_of(fit, term, intervals(problem, fit, seed, rest, Refinements::as_they_are), rest);
 }
 
 ParameterStatus parameter_status(const FreeParameter& p, const Interval& interval, double variance) {

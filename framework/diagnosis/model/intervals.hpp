@@ -55,5 +55,7 @@ std::string limit_of(const FreeParameter& p, double value);
 /// @param all intervals of the parameters of all terms @param lack_of_fit chi-square over its expectation
 Unidentified identifiability_of(const ModelFit& fit, std::size_t term, std::span<const Interval> all,
                                 double lack_of_fit);
+/// The same with intervals of its own. @param fit including its jacobian @param seed of the intervals
+Unidentified identifiability_of(const Problem& problem, const ModelFit& fit, std::size_t term, std::uint64_t seed);
 
 }  // namespace tofgraph::diagnosis

@@ -76,11 +76,8 @@ bool Findings::simplify(const Candidate& form) {
   SelectedModel before = selection.selected();
   if (&form == &form.root() || !selection.exchange(form, form)) return false;
   const std::size_t term = term_of(best().state, form);
-  if (term < selection.terms().size()) {
-    const double rest = lack_of_fit(problem(), best());
-    const std::vector<Interval> all = intervals(problem(), best(), options().seed + 2, rest, Refinements::as_they_are);
-    if (identifiability_of(best(), term, all, rest).why.empty()) return true;
-  }
+  if (term < selection.terms().size() && identifiability_of(problem(), best(), term, options().seed + 2).why.empty())
+    return true;
   selection.select(std::move(before));
   return false;
 }

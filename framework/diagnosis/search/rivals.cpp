@@ -180,9 +180,7 @@ Unidentified Rivals::nonlinear_identifiability(const ModelFit& fit, const Candid
   const auto may_be_anything = [](const FreeParameter& p) { return p.nonlinear && !p.is_angle(); };
   if (term == fit.state.terms.size() || std::ranges::none_of(fit.state.terms[term].candidate->free(), may_be_anything))
     return {};
-  const double rest = lack_of_fit(problem_, with_jacobian(problem_, fit));
-  const std::vector<Interval> values = intervals(problem_, fit, seed_, rest, Refinements::as_they_are);
-  return identifiability_of(fit, term, values, rest);
+  return identifiability_of(problem_, with_jacobian(problem_, fit), term, seed_);
 }
 
 /// Message on the first nonlinear parameter that is near its limit, if the rival explains as much at the limit itself;
