@@ -194,7 +194,7 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
       lines.push_back(std::isfinite(d.upper_limit)
                           ? fmt::format("{}: no drift, at most {:.2f} mm (95 %) with a time constant of 5 to 20 min",
                                         where, d.upper_limit * 1e3)
-                          : fmt::format("{}: too late after power-on to exclude a drift", where));
+                          : fmt::format("{}: too late after power-on to show a drift", where));
       continue;
     }
     std::string slow;
