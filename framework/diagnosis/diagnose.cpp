@@ -150,7 +150,7 @@ class Run {
   static SearchOptions of_other_data(SearchOptions options) {
     options.given = nullptr;
     options.fold_done = nullptr;
-    options.deadline = options.verification = options.comparison = {};
+    options.deadline = options.following = options.verification = options.comparison = {};
     return options;
   }
 
@@ -211,6 +211,7 @@ class Run {
   SearchOptions searching() {
     SearchOptions search = options_.search;
     search.deadline = limit_.at(settings.searched_by);
+    search.following = limit_.at(settings.followed_by);
     search.verification = limit_.at(settings.verified_by);
     search.comparison = limit_.at(settings.compared_by);
     search.progress = [this](const std::string& what) {

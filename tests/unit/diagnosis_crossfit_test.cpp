@@ -154,11 +154,36 @@ TEST_F(OutOfSample, FoldsThatAreKnownAreNotSearchedAgain) {
   EXPECT_FALSE(answered.complete);
 }
 
+/// Folds in which nothing was searched miss the effect that is there, and support none that is not. What they chose and
+/// predict stays the same bit by bit, because all data include the held-out ones.
+TEST_F(OutOfSample, AFoldSupportsWhatItMissed) {
+  const Term truth = random_term(effect("wiggling"), 1, 4);
+  const std::vector<Observations> data = data_with({truth}, 5);
+  SearchOptions none;
+  none.max_effects = 0;
+  CrossFit result = cross_fit(folds_of(*design), *design, data, {}, candidates, none);
+  const CrossFit before = result;
+  const SearchOptions options;
+  const auto compare = [&](const Term& term) {
+    compare_folds(result.folds, *design, data, {}, candidates, options, {{term}, {}, {}});
+  };
+  compare(random_term(effect("crosstalk"), 0.1, 4));
+  EXPECT_EQ(result.supporting_fraction({"crosstalk"}), 0);
+  compare(truth);
+  EXPECT_EQ(result.supporting_fraction({"wiggling"}), 1);
+  ASSERT_EQ(result.folds.size(), before.folds.size());
+  for (std::size_t f = 0; f < result.folds.size(); ++f) {
+    EXPECT_EQ(result.folds[f].missed, std::vector<std::string>{"wiggling"});
+    EXPECT_TRUE(result.folds[f].chosen.empty());
+    EXPECT_EQ(result.folds[f].gap().after, before.folds[f].gap().after);
+  }
+}
+
 /// The held-out gap, compared with that of new data of the same camera at the distances in between.
 TEST_F(OutOfSample, TheGapIsThatOfNewData) {
   const Term truth = random_term(effect("wiggling"), 1, 6);
   const CrossFit result = folds(data_with({truth}, 7));
-  EXPECT_EQ(result.chosen_fraction({"wiggling"}), 1);
+  EXPECT_EQ(result.supporting_fraction({"wiggling"}), 1);
   const CrossFit::Gap gap = result.gap(distance, "distance", 1);
   // The predicted effect is a sine of 5 mm; at these distances its mean square is near one half.
   EXPECT_NEAR(std::sqrt(gap.before * gap.before - gap.after * gap.after), 5e-3 / std::numbers::sqrt2, 5e-4);
@@ -266,7 +291,7 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   EXPECT_FALSE(held_out_improvement_of(result, {"c"}, 1).is_significant());
   // A fold that failed counts as one that did not choose the effect.
   result.folds.emplace_back().failed = "no number";
-  EXPECT_EQ(result.chosen_fraction({"a", "b"}), 0.8);
+  EXPECT_EQ(result.supporting_fraction({"a", "b"}), 0.8);
   // If a fold chose both, omitting either one gives a large error, which is not evidence for it.
   FoldResult twins = fold("a", 1, 1e6, 10);
   twins.chosen = {"a", "b"};
@@ -274,8 +299,15 @@ TEST(FallOutOfFold, CountsAConditionOnceAndWhatTheEffectStandsFor) {
   result.folds.push_back(twins);
   const HeldOutImprovement beside = held_out_improvement_of(result, {"a", "b"}, 1);
   EXPECT_EQ(beside.without - beside.with, 210);
-  EXPECT_EQ(beside.folds, 5U);
+  EXPECT_EQ(beside.folds_choosing, 5U);
   EXPECT_EQ(beside.folds_alone, 4U);
+  // A fold that missed an effect supports it, and predicts nothing with it.
+  result.folds.back().chosen = {};
+  result.folds.back().missed = {"a"};
+  const HeldOutImprovement missed = held_out_improvement_of(result, {"a", "b"}, 1);
+  EXPECT_EQ(missed.folds_supporting, 5U);
+  EXPECT_EQ(missed.folds_choosing, 4U);
+  EXPECT_EQ(missed.without - missed.with, 210);
 }
 
 /// In one fold the effect fails without another one: the median over the folds is reported.
@@ -300,7 +332,7 @@ TEST(FallOutOfFold, IsToldAsMostFoldsSayIt) {
 /// where the board's distance is held out and where its target is.
 TEST(ChosenInFolds, AreFourFifthsToTheNearestFold) {
   const std::vector<std::size_t> folds = {2, 3, 4, 5, 8, 9, 10, 13}, expected = {2, 2, 3, 4, 6, 7, 8, 10};
-  for (std::size_t n = 0; n < folds.size(); ++n) EXPECT_EQ(min_folds_choosing(folds[n]), expected[n]) << folds[n];
+  for (std::size_t n = 0; n < folds.size(); ++n) EXPECT_EQ(min_folds_supporting(folds[n]), expected[n]) << folds[n];
 }
 
 TEST(Stability, ARunThatAddsAnEffectAndItsTieCountsOnce) {

@@ -220,7 +220,7 @@ TEST_F(SearchInTime, FoldsThatChoseAWorseRivalRefuteAnEffectWhenTimeEnds) {
   EXPECT_TRUE(tests.drop_unconfirmed());
   EXPECT_TRUE(findings.result.found.empty());
   ASSERT_EQ(findings.result.dropped.size(), 1U);
-  EXPECT_EQ(findings.result.dropped[0].refutation, "it is chosen in 57 % of the folds");
+  EXPECT_EQ(findings.result.dropped[0].refutation, "57 % of the folds support it");
   ASSERT_EQ(findings.result.dropped[0].rivals.size(), 1U) << "compared with what the folds chose";
   EXPECT_EQ(findings.result.dropped[0].rivals[0].candidate->name(), rival);
 }

@@ -281,7 +281,7 @@ struct SearchSettings {
   double end_share = 0.1;
   /// share of conditions that remain without a session, at least | | chosen
   double min_left_by_session = 0.25;
-  /// share of folds that choose an effect, at least | to the nearest whole fold | chosen
+  /// share of folds that support an effect, at least | to the nearest whole fold | chosen
   double min_chosen_fraction = 0.8;
   /// change by an effect that may end cross-fitting early, at least | chi-square | chosen: 5 sd, as blind_below
   double min_harm_chi_square = 25;
@@ -383,11 +383,13 @@ struct SearchSettings {
 
   // == Time limit ==
   /// share of time for the search | | chosen: reports take the rest
-  double searched_by = 0.65;
-  /// share of time for search and comparison with the given model | | chosen: reports take the rest
-  double verified_by = 0.8;
-  /// share of time for both and the comparison with rivals | | chosen: reports take the rest
-  double compared_by = 0.9;
+  double searched_by = 0.7;
+  /// share of time for the search and a set on which the searched folds agree | | chosen
+  double followed_by = 0.78;
+  /// share of time for these and the comparison with the given model | | chosen: reports take the rest
+  double verified_by = 0.86;
+  /// share of time for all and the comparison with rivals | | chosen: reports take the rest
+  double compared_by = 0.93;
 
   // == Practical significance ==
   /// change that does not matter, by observable (RMS) | m; of ln | physical: error of the coarse grid, and

@@ -29,15 +29,15 @@ std::string name_and_ties(const EffectResult& effect) {
   return text;
 }
 
-/// "distance 5/5, target 4/4": number of folds that chose an effect or a rival that explains as much.
-std::string chosen_in(const CrossFit& cross_fit, const EffectFinding& found) {
+/// "distance 5/5, target 4/4": number of folds that support an effect or a rival that explains as much.
+std::string supported_by(const CrossFit& cross_fit, const EffectFinding& found) {
   const std::vector<std::string> names = found.names();
   std::vector<std::string> settings;
   std::map<std::string, std::pair<std::size_t, std::size_t>> counts;
   for (const FoldResult& fold : cross_fit.folds) {
     const std::string& setting = fold.fold.setting;
     if (counts.emplace(setting, std::pair(0, 0)).second) settings.push_back(setting);
-    counts[setting].first += fold.chose(names) ? 1 : 0;
+    counts[setting].first += fold.supports(names) ? 1 : 0;
     ++counts[setting].second;
   }
   std::string text;
@@ -50,9 +50,9 @@ std::string chosen_in(const CrossFit& cross_fit, const EffectFinding& found) {
 std::string fall_text(const HeldOutImprovement& improvement, const Gap& of_distance) {
   const auto gap = [&](double value) { return shown_gap(value, of_distance, distance); };
   std::string text = fmt::format("{} → {}", gap(improvement.median_taken_out), gap(improvement.median_with));
-  if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds)
+  if (improvement.folds_alone > 0 && 2 * improvement.folds_alone < improvement.folds_choosing)
     text += fmt::format("\nin {} of the {} folds that chose it: the others also chose a similar effect",
-                        improvement.folds_alone, improvement.folds);
+                        improvement.folds_alone, improvement.folds_choosing);
   return text;
 }
 
@@ -67,7 +67,7 @@ void add_found(report::Page& page, const Diagnosis& d) {
     }
     const bool added = e.found != nullptr;
     rows.push_back({name_and_ties(e), sizes, added ? fall_text(e.found->improvement, d.gaps[distance]) : "-",
-                    added && !std::isnan(e.found->chosen) ? chosen_in(d.search.cross_fit, *e.found) : "-",
+                    added && !std::isnan(e.found->supported) ? supported_by(d.search.cross_fit, *e.found) : "-",
                     fmt::format("{}; {}", d.search.after.state.terms[t].candidate->descriptor().summary,
                                 added ? "missing in the model" : "in the model, fitted again")});
   }

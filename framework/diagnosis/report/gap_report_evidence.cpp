@@ -243,6 +243,10 @@ void add_click(report::Page& page, const ReportData& data) {
       options, data.design.pixels().columns, palette, sigma_limit, list, condition_script));
 }
 
+std::string in_words(const std::vector<std::string>& effects) {
+  return effects.empty() ? "nothing" : fmt::format("{}", fmt::join(effects, ", "));
+}
+
 void add_folds(report::Page& page, const ReportData& data) {
   std::vector<Row> rows;
   for (const FoldResult& result : data.d.search.cross_fit.folds) {
@@ -250,14 +254,13 @@ void add_folds(report::Page& page, const ReportData& data) {
     rows.push_back({fmt::format("{} {}", result.fold.setting, result.fold.levels),
                     result.fold.extrapolates ? "beyond the others" : "between the others or beside them",
                     std::to_string(result.fold.held.size()), shown(gap.before, distance, 2),
-                    shown(gap.after, distance, 2),
-                    !result.failed.empty()  ? result.failed
-                    : result.chosen.empty() ? "nothing"
-                                            : fmt::format("{}", fmt::join(result.chosen, ", "))});
+                    shown(gap.after, distance, 2), !result.failed.empty() ? result.failed : in_words(result.chosen),
+                    in_words(result.missed)});
   }
   if (rows.empty()) return;
   page.folded_table("Predictions of held-out conditions",
-                    Row{"held out", "where that lies", "conditions", "simulated", "extended", "chosen without it"},
+                    Row{"held out", "where that lies", "conditions", "simulated", "extended", "chosen without it",
+                        "set of all data, if it is better without it, too"},
                     rows);
 }
 

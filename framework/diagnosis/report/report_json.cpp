@@ -65,7 +65,7 @@ json effect_of(const EffectResult& effect, const std::vector<io::Condition>& con
   if (!found.where.empty()) result["where"] = name_of(found.where.front());
   result["held_out_gap_before"] = number(found.improvement.median_taken_out);
   result["held_out_gap_after"] = number(found.improvement.median_with);
-  result["chosen"] = number(found.chosen);
+  result["chosen"] = number(found.supported);
   if (std::isfinite(effect.chosen_by_halves)) {
     result["chosen_by_halves"] = effect.chosen_by_halves;
     result["weak"] = effect.is_weak();
@@ -125,6 +125,7 @@ json folds_json(const Diagnosis& d) {
                    {"conditions", fold.held.size()},
                    {"extrapolates", fold.extrapolates},
                    {"chosen", result.chosen},
+                   {"missed", result.missed},
                    {"gap_before", number(gap.before)},
                    {"gap_after", number(gap.after)}});
   }

@@ -30,8 +30,45 @@ std::optional<double> fitted_contrast(const Problem& problem, const State& state
   return has_contrast(problem.nuisances) ? std::optional(log_lower_contrast(problem, state)) : std::nullopt;
 }
 
+/// Effects that a model adds to the given one, ascending.
+std::vector<std::string> added_effects(const State& model, std::size_t given) {
+  std::vector<std::string> names;
+  for (std::size_t t = given; t < model.terms.size(); ++t) names.push_back(model.terms[t].candidate->name());
+  std::ranges::sort(names);
+  return names;
+}
+
+/// Sets FoldResult::missed. @param selection of the fold; may change
+void compare(FoldResult& result, Selection& selection, const State& of_all_data) {
+  const std::size_t given = selection.task().given_terms.size();
+  result.compared_with = added_effects(of_all_data, given);
+  result.missed.clear();
+  const auto chosen = [&](const std::string& name) { return contains(result.chosen, name); };
+  if (std::ranges::all_of(result.compared_with, chosen)) return;
+  if (selection.take_if_better(of_all_data).accepted) result.missed = added_effects(selection.best().state, given);
+}
+
+/// Compares a fold that was searched earlier with another model of all data. If time expires, it stays as it was.
+void compare_again(FoldResult& result, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                   const State& of_all_data) {
+  if (!result.failed.empty() || result.compared_with == added_effects(of_all_data, model.size())) return;
+  const FoldProblem training(design, data, left_by(result.fold, design.size()), &options.deadline);
+  FoldResult compared = result;
+  try {
+    Selection selection(training.problem, model, candidates, options, {});
+    selection.begin();
+    if (!selection.try_accept(result.state)) return;
+    compare(compared, selection, of_all_data);
+    result = std::move(compared);
+  } catch (const simulation::EffectError&) {  // the set does not support any effect here
+  } catch (const TimeExpired&) {
+  }
+}
+
 FoldResult result_of(const Fold& fold, const Design& design, const std::vector<Observations>& data,
-                     const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options) {
+                     const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                     const State* of_all_data) {
   FoldResult result{.fold = fold};
   const FoldProblem training(design, data, left_by(fold, design.size()), &options.deadline);
   FoldProblem held(design, data, fold.held, training.problem);
@@ -53,6 +90,7 @@ FoldResult result_of(const Fold& fold, const Design& design, const std::vector<O
       prediction.without(name, selection.without(addition).state, removed(result.state, addition));
     }
     result.conditions = prediction.result();
+    if (of_all_data != nullptr) compare(result, selection, *of_all_data);
   } catch (const simulation::EffectError& error) {
     result.chosen.clear();
     result.failed = error.what();
@@ -94,7 +132,7 @@ Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t 
   for (const FoldResult& fold : folds.folds) {
     for (const std::string& name : fold.chosen) ++times[name];
   }
-  for (std::size_t t = given; t < model.terms.size(); ++t) times.erase(model.terms[t].candidate->name());
+  for (const std::string& name : added_effects(model, given)) times.erase(name);
   Names names;
   for (const auto& [name, count] : times) {
     if (2 * count > folds.folds.size()) names.insert(name);
@@ -106,7 +144,8 @@ Names agreed_and_lacking(const CrossFit& folds, const State& model, std::size_t 
 
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
-                   std::span<const std::vector<std::string>> asked, std::vector<FoldResult> known) {
+                   std::span<const std::vector<std::string>> asked, std::vector<FoldResult> known,
+                   const State* of_all_data) {
   // Each fold has its own columns, up to some 500 MB. The first batches are smaller, because few folds may decide.
   // Batches are the same on any machine, because the decision after each depends on them.
   CrossFit result;
@@ -117,9 +156,9 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   SearchOptions quiet = options;
   quiet.progress = {};
   std::atomic<std::size_t> finished = done;
-  const std::size_t may_miss = folds.size() - min_folds_choosing(folds.size());
+  const std::size_t may_miss = folds.size() - min_folds_supporting(folds.size());
   const auto refuted = [&](const std::vector<std::string>& names) {
-    const auto without = [&](const FoldResult& fold) { return !fold.chose(names); };
+    const auto without = [&](const FoldResult& fold) { return !fold.supports(names); };
     if (static_cast<std::size_t>(std::ranges::count_if(std::span(result.folds).first(done), without)) > may_miss)
       return true;
     return done >= settings.min_folds_to_refute && held_out_improvement_of(result, names, options.seed).is_worse();
@@ -133,7 +172,7 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
     tbb::parallel_for(done, end, [&](std::size_t f) {
       // Without isolation a thread that waits within one fold would start another one in it.
       tbb::this_task_arena::isolate(
-          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet); });
+          [&] { result.folds[f] = result_of(folds[f], design, data, model, candidates, quiet, of_all_data); });
       if (options.fold_done) options.fold_done(++finished, folds.size());
     });
     done = end;
@@ -143,6 +182,17 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   result.time_expired = std::erase_if(result.folds, [](const FoldResult& fold) { return fold.time_expired; }) > 0;
   result.complete = result.folds.size() == folds.size();
   return result;
+}
+
+void compare_folds(std::span<FoldResult> folds, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                   const State& of_all_data) {
+  SearchOptions quiet = options;
+  quiet.progress = {};
+  tbb::parallel_for(std::size_t{0}, folds.size(), [&](std::size_t f) {
+    tbb::this_task_arena::isolate(
+        [&] { compare_again(folds[f], design, data, model, candidates, quiet, of_all_data); });
+  });
 }
 
 CrossFit predict_unsearched(const Problem& searched, const Design& whole, const std::vector<Observations>& data,
@@ -177,6 +227,10 @@ bool FoldResult::chose(const std::vector<std::string>& names) const {
   return std::ranges::any_of(chosen, [&](const auto& name) { return contains(names, name); });
 }
 
+bool FoldResult::supports(const std::vector<std::string>& names) const {
+  return chose(names) || std::ranges::any_of(missed, [&](const auto& name) { return contains(names, name); });
+}
+
 HeldOutGap FoldResult::gap() const {
   GapSums sums;
   sums.add(conditions);
@@ -189,10 +243,10 @@ HeldOutGap CrossFit::gap() const {
   return sums.gap();
 }
 
-double CrossFit::chosen_fraction(const std::vector<std::string>& names) const {
+double CrossFit::supporting_fraction(const std::vector<std::string>& names) const {
   if (folds.empty()) return 0;
-  const auto chosen = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.chose(names); });
-  return static_cast<double>(chosen) / static_cast<double>(folds.size());
+  const auto supporting = std::ranges::count_if(folds, [&](const FoldResult& fold) { return fold.supports(names); });
+  return static_cast<double>(supporting) / static_cast<double>(folds.size());
 }
 
 CrossFit::Gap CrossFit::gap(std::size_t o, const std::string& setting, std::uint64_t seed) const {
@@ -239,8 +293,10 @@ HeldOutImprovement held_out_improvement_of(const CrossFit& cross_fit, const std:
   };
   const bool any = std::ranges::any_of(cross_fit.folds, single);
   for (const FoldResult& fold : cross_fit.folds) {
+    if (!fold.supports(names)) continue;
+    ++improvement.folds_supporting;
     if (!fold.chose(names)) continue;
-    ++improvement.folds;
+    ++improvement.folds_choosing;
     if (any && !single(fold)) continue;
     improvement.folds_alone += any ? 1 : 0;
     GapSums taken_out;  // only before

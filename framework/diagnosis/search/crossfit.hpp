@@ -142,13 +142,20 @@ std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions);
 struct FoldResult {
   Fold fold;
   std::vector<std::string> chosen = {};  ///< added effects
-  State state = {};                      ///< model fitted without the held-out conditions
+  /// Effects of the set found on all data, if it is better than the chosen one without the held-out conditions, too:
+  /// the search of the fold missed it. They count as votes only; predictions are those of the chosen set, because
+  /// held-out conditions have contributed to the other one.
+  std::vector<std::string> missed = {};
+  std::vector<std::string> compared_with = {};  ///< effects of the set from which `missed` was determined
+  State state = {};                             ///< model fitted without the held-out conditions
   std::vector<OutOfFold> conditions = {};
   std::string failed = {};    ///< reason why the fold failed; empty: it succeeded
   bool time_expired = false;  ///< true: the time limit ended the search of the fold
 
   /// True if one of these was chosen.
   bool chose(const std::vector<std::string>& names) const;
+  /// True if one of these was chosen or missed.
+  bool supports(const std::vector<std::string>& names) const;
   /// Distance gap, m.
   HeldOutGap gap() const;
 };
@@ -159,8 +166,8 @@ constexpr bool is_gap_worse(double before, double after) {
   return after > settings.max_gap_growth * before + settings.practical_threshold[distance];
 }
 
-/// Number of folds that must choose an effect: a share, to the nearest whole number.
-inline std::size_t min_folds_choosing(std::size_t folds) {
+/// Number of folds that must support an effect: a share, to the nearest whole number.
+inline std::size_t min_folds_supporting(std::size_t folds) {
   return static_cast<std::size_t>(std::lround(settings.min_chosen_fraction * static_cast<double>(folds)));
 }
 
@@ -171,9 +178,9 @@ struct CrossFit {
   std::vector<std::size_t> clusters;  ///< clusters_of() the design
 
   bool empty() const { return folds.empty(); }
-  /// Share of the folds that chose one of these; a fold that failed counts as not choosing it.
+  /// Share of the folds that support one of these; a fold that failed does not.
   /// @param names of an effect and of rivals that explain as much, see EffectFinding::names()
-  double chosen_fraction(const std::vector<std::string>& names) const;
+  double supporting_fraction(const std::vector<std::string>& names) const;
   /// Distance gap of all folds, m.
   HeldOutGap gap() const;
   /// A gap with the ends of the 95 % interval of `after`, over clusters.
@@ -193,9 +200,17 @@ struct CrossFit {
 /// @param asked names of each tested effect, see EffectFinding::names(): once none of them can pass, because too many
 /// folds did without it or predicted worse with it, the remaining folds are skipped
 /// @param known results of the first folds for the same data, model, candidates and options; not searched again
+/// @param of_all_data model found on all data, compared with that of each fold, see FoldResult::missed; null: none
 CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
-                   std::span<const std::vector<std::string>> asked = {}, std::vector<FoldResult> known = {});
+                   std::span<const std::vector<std::string>> asked = {}, std::vector<FoldResult> known = {},
+                   const State* of_all_data = nullptr);
+
+/// Sets FoldResult::missed of folds that were searched earlier, for another model of all data; other arguments are
+/// those of cross_fit(). When the deadline passes, the remaining folds stay as they are.
+void compare_folds(std::span<FoldResult> folds, const Design& design, const std::vector<Observations>& data,
+                   const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
+                   const State& of_all_data);
 
 /// Predictions of conditions that were neither searched nor held out by a fold, as one fold; empty if the model
 /// fails, or if the deadline passes first.
@@ -213,7 +228,8 @@ struct HeldOutImprovement {
   /// Median over folds of the root mean squares, m: effect removed with all else unchanged, and with it. In a single
   /// fold two effects may compensate each other, so that one without the other is far off.
   double median_taken_out = NAN, median_with = NAN;
-  std::size_t folds_alone = 0, folds = 0;  ///< folds that chose exactly one of the names; folds that chose any
+  std::size_t folds_alone = 0, folds_choosing = 0;  ///< folds that chose exactly one of the names; any of them
+  std::size_t folds_supporting = 0;                 ///< see FoldResult::supports()
 
   bool is_significant() const { return low > 0; }
   bool is_worse() const { return seen >= settings.min_harm_chi_square && without <= with; }

@@ -28,8 +28,8 @@ std::string gap_worsened(double without, double with, const char* what) {
 
 /// Reason for which held-out conditions do not confirm an effect, or "".
 std::string held_out_failure(const EffectFinding& found, const CrossFit& cross_fit) {
-  if (found.improvement.folds < min_folds_choosing(cross_fit.folds.size()))
-    return fmt::format("it is chosen in {:.0f} % of the folds", 100 * found.chosen);
+  if (found.improvement.folds_supporting < min_folds_supporting(cross_fit.folds.size()))
+    return fmt::format("{:.0f} % of the folds support it", 100 * found.supported);
   if (!found.improvement.is_significant())
     return fmt::format("the gap does not shrink on held-out conditions (chi-square {:.0f}, with it {:.0f})",
                        found.improvement.without, found.improvement.with);
@@ -201,10 +201,12 @@ void EffectTests::cross_fit() {
       if (!all_folds) names.push_back(finding.names());
     result.cross_fit =
         diagnosis::cross_fit(folds_of(task.problem.design), task.problem.design, task.problem.data, task.given_terms,
-                             task.candidates, options, names, searched ? searched_folds_ : std::vector<FoldResult>{});
+                             task.candidates, options, names, searched ? searched_folds_ : std::vector<FoldResult>{},
+                             searched ? &findings_.best().state : nullptr);
     if (result.cross_fit.time_expired) throw TimeExpired();
     if (searched) searched_folds_ = result.cross_fit.folds;
   };
+  if (searched) compare_folds(searched_folds_);
   ask();
   if (result.cross_fit.complete) return;
   if (agree_on_more(result.cross_fit, findings_.best().state, findings_.given_terms().size())) return ask(true);
@@ -213,24 +215,27 @@ void EffectTests::cross_fit() {
   ask();
 }
 
+/// Compares folds with the present model.
+void EffectTests::compare_folds(std::span<FoldResult> folds) const {
+  const SelectionTask& task = findings_.selection.task();
+  SearchOptions options = task.options;
+  if (findings_.result.time_expired) options.deadline = options.following;
+  diagnosis::compare_folds(folds, task.problem.design, task.problem.data, task.given_terms, task.candidates, options,
+                           findings_.best().state);
+}
+
 bool EffectTests::follow_folds() {
   Selection& selection = findings_.selection;
   const std::size_t given = findings_.given_terms().size();
   for (State& state : models_with_agreed_effects(findings_.result.cross_fit, selection.best().state, given)) {
     std::vector<std::string> names;
     for (std::size_t t = given; t < state.terms.size(); ++t) names.push_back(state.terms[t].candidate->name());
-    state.log_reflectivity = selection.best().state.log_reflectivity;
-    double bic_fall = NAN;
-    try {
-      ModelFit there = selection.fit_at_every_pixel(state);
-      bic_fall = selection.bic(selection.best()) - selection.bic(there);
-      state = std::move(there.state);
-    } catch (const simulation::EffectError&) {  // fails on all data
-    }
-    const bool better = bic_fall > settings.min_bic_gain && selection.try_accept(std::move(state));
+    const auto [bic_fall, better] = selection.take_if_better(std::move(state));
     findings_.note(
         {"followed", names, {{"bic_fall", bic_fall}}, better ? "better than what all data led to" : "not better"});
-    if (better) return true;
+    if (!better) continue;
+    compare_folds(findings_.result.cross_fit.folds);
+    return true;
   }
   return false;
 }
@@ -238,7 +243,7 @@ bool EffectTests::follow_folds() {
 void EffectTests::set_held_out_results(EffectFinding& finding) const {
   const CrossFit& cross_fit = findings_.result.cross_fit;
   if (cross_fit.empty()) return;
-  finding.chosen = cross_fit.chosen_fraction(finding.names());
+  finding.supported = cross_fit.supporting_fraction(finding.names());
   finding.improvement = held_out_improvement_of(cross_fit, finding.names(), findings_.options().seed);
 }
 
@@ -276,7 +281,7 @@ void EffectTests::compare_unconfirmed() {
   if (!result.time_expired) return findings_.compare_with_rivals();
   for (std::size_t f = 0; f < result.found.size(); ++f) {
     set_held_out_results(result.found[f]);
-    if (result.found[f].improvement.folds >= min_folds_choosing(result.cross_fit.folds.size())) continue;
+    if (result.found[f].improvement.folds_supporting >= min_folds_supporting(result.cross_fit.folds.size())) continue;
     findings_.compare_with_choices_of_folds(findings_.given_terms().size() + f);
   }
 }
@@ -289,7 +294,7 @@ bool EffectTests::drop_unconfirmed() {
     std::string why = held_out_failure(finding, findings_.result.cross_fit);
     findings_.note({"proved",
                     {finding.name},
-                    {{"chosen", finding.chosen},
+                    {{"chosen", finding.supported},
                      {"chi2_without", finding.improvement.without},
                      {"chi2_with", finding.improvement.with}},
                     why.empty() ? "stays" : why});

@@ -9,6 +9,7 @@
 #include "diagnosis/search/selection.hpp"
 
 #include <functional>
+#include <span>
 
 namespace tofgraph::diagnosis {
 
@@ -91,7 +92,7 @@ class EffectTests {
   /// searched if they agree on an effect that the model lacks, see follow_folds().
   void cross_fit();
   /// Fits to all data the sets of folds that contain an effect which most folds chose and the model lacks, until one is
-  /// better. @returns true if one was accepted
+  /// better, with which the folds are then compared. @returns true if one was accepted
   bool follow_folds();
   /// Drops effects that held-out data do not confirm, each alone; those that pass alone must also pass together, in the
   /// folds that chose nothing else if these are the majority; if they fail together, all are dropped.
@@ -108,6 +109,7 @@ class EffectTests {
   bool drop_unidentifiable();
   bool is_confirmed(const ModelTerm& addition) const;
   bool all_confirmed() const;
+  void compare_folds(std::span<FoldResult> folds) const;
   void compare_unconfirmed();
   std::string why_not_together() const;
 

@@ -99,13 +99,27 @@ class Search {
     result_.refinements = tested_ ? tested_->refinements : std::vector<EffectFinding>{};
   }
 
+  /// After the time limit: tests a better set on which most of the searched folds agree, as far as time allows.
+  void follow_searched_folds() {
+    selection_.set_deadline(options().following);
+    try {
+      if (tests_.follow_folds()) test();
+    } catch (const TimeExpired&) {
+      return_to_tested();
+    }
+    selection_.set_deadline(options().verification);
+  }
+
   /// Drops effects while the model predicts distances worse than the given one. If it still predicts them worse without
   /// any effect, the given values are kept.
   void compare_with_given_model() {
     selection_.task().report_progress("comparing with the given model");
     selection_.set_deadline(options().verification);
     try {
-      if (untested_) tests_.run();
+      if (untested_)
+        tests_.run();
+      else if (result_.time_expired)
+        follow_searched_folds();
       while (result_.time_expired && tests_.drop_unconfirmed()) {
       }
       hold_given_values();

@@ -42,7 +42,7 @@ struct EffectFinding {
   std::vector<Pattern> where;                     ///< patterns of the gap without it
   std::string refutation;                         ///< reason why it is not named; empty: it is
   std::optional<UndeterminedValue> undetermined;  ///< undetermined nonlinear parameter, if that is the reason
-  double chosen = NAN;                            ///< share of the folds that chose one of names(); NaN: no folds
+  double supported = NAN;                         ///< share of the folds that support one of names(); NaN: no folds
   HeldOutImprovement improvement;                 ///< improvement on held-out data
 
   /// Its own name, and those of rivals that explain as much.

@@ -115,6 +115,19 @@ ModelFit Selection::fit_at_every_pixel(State state) const {
   return fit_with_maps(problem(), with_positive_amplitudes(problem(), std::move(state)));
 }
 
+Selection::Comparison Selection::take_if_better(State other) {
+  other.log_reflectivity = best().state.log_reflectivity;
+  Comparison comparison;
+  try {
+    ModelFit fit = fit_at_every_pixel(std::move(other));
+    comparison.bic_fall = bic(best()) - bic(fit);
+    comparison.accepted = comparison.bic_fall > settings.min_bic_gain && try_accept(std::move(fit.state));
+  } catch (const simulation::EffectError&) {
+  }
+  if (comparison.accepted) backward_eliminate();
+  return comparison;
+}
+
 std::vector<ModelTerm> Selection::additions() const {
   std::vector<ModelTerm> all;
   for (std::size_t t = 0; t < terms().size(); ++t) {

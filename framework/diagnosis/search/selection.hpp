@@ -45,6 +45,7 @@ struct SearchOptions {
   std::function<void(std::size_t done, std::size_t all)> fold_done;  ///< may be empty; called from any thread
   Deadline deadline = {};       ///< for the search; its results until then are verified
   GivenModel* given = nullptr;  ///< holds those of its values that the data do not determine; null: they are fitted
+  Deadline following = {};      ///< for what follows from the folds that were searched before the deadline
   Deadline verification = {};   ///< for the verification; if it passes, the given model is kept
   Deadline comparison = {};     ///< for the comparison of the written model with rivals
   std::span<const Alike> alike = {};  ///< of audit(); beside maps, the fit of a rival uses it
@@ -222,6 +223,14 @@ class Selection {
   bool exchange(const Candidate& one) { return exchange(one, one.root()); }
   /// Refits the best model with the grid bias of every pixel, with positive amplitudes and map means in the constant.
   void refit();
+  /// Result of a comparison with another set of effects.
+  struct Comparison {
+    double bic_fall = NAN;  ///< NaN: an effect of the other set fails
+    bool accepted = false;
+  };
+  /// Fits another set of effects, such as one found without some of the conditions or with more of them, and accepts it
+  /// if it is better by settings.min_bic_gain. @param other its reflectivities and nuisances are not used
+  Comparison take_if_better(State other);
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
   /// @throws simulation::EffectError
   ModelFit fit_at_every_pixel(State state) const;
