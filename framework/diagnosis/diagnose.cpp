@@ -181,6 +181,9 @@ class Run {
   void inject(const SearchOptions& options) {
     std::string basis = fmt::format("seed {} effects {} searched {} skip {}\n", options.seed, options.max_effects,
                                     d_->problem->data.size(), fmt::join(options_.exclude_conditions, ","));
+    const io::Camera& camera = *d_->problem->design.camera_pointer();
+    for (const std::filesystem::path& file : {camera.file, camera.bad_pixels_file})
+      if (!file.empty()) basis += io::sha256_of_file(file) + "\n";
     for (const graph::PluginFile& file : catalogue_.files()) {
       const bool excluded = contains(options_.exclude_effects, file.name);
       if (file.kind == "effect" && !excluded) basis += io::sha256_of_file(file.path) + "\n";

@@ -90,6 +90,34 @@ TEST_F(MaxConditions, ConfidenceCasesOfAnotherNumberAreNotCounted) {
   EXPECT_EQ(tests::listing(home() / "shared/cases").size(), 2U);
 }
 
+/// The camera has the same name, but another contrast.
+TEST_F(MaxConditions, ConfidenceCasesOfAnEditedProfileAreNotCounted) {
+  const auto replaced = [](const std::string& file, const std::string& before, const std::string& after) {
+    std::string text = read_text(file);
+    const std::size_t at = text.find(before);
+    EXPECT_NE(at, std::string::npos) << file << "\n" << before;
+    return at == std::string::npos ? text : text.replace(at, before.size(), after);
+  };
+  done("cp -r c edited");
+  const std::string folder = (home() / "edited").string(),
+                    profile = TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml";
+  tests::write_text(folder + "/campaign.yaml",
+                    replaced(folder + "/campaign.yaml", "camera: camcube2", "camera: lab.yaml"));
+  tests::write_text(folder + "/model.yaml",
+                    replaced((home() / "ideal.yaml").string(), "camera: camcube2", "camera: lab.yaml"));
+  const std::string case_1 =
+      "$TOFGRAPH diagnose --quiet --model edited/model.yaml --data edited/campaign.yaml "
+      "--max-effects 1 --confidence 2 --shard 1/2 --max-conditions 8 -o profiles";
+  tests::write_text(folder + "/lab.yaml", read_text(profile));
+  done(case_1);
+  EXPECT_EQ(tests::listing(home() / "profiles/cases").size(), 1U);
+  done(case_1);
+  EXPECT_EQ(tests::listing(home() / "profiles/cases").size(), 1U);
+  tests::write_text(folder + "/lab.yaml", replaced(profile, "contrast: 0.5", "contrast: 0.48"));
+  done(case_1);
+  EXPECT_EQ(tests::listing(home() / "profiles/cases").size(), 2U);
+}
+
 TEST_F(MaxConditions, ThreeBoardsAreSearchedAtLeast) {
   io::Campaign capped = campaign();
   for (std::size_t i = 3; i < conditions; ++i) capped.conditions[i].lens = "capped";

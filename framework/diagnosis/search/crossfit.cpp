@@ -38,13 +38,14 @@ std::vector<std::string> added_effects(const State& model, std::size_t given) {
   return names;
 }
 
-/// Sets FoldResult::missed. @param selection of the fold; may change
+/// Sets FoldResult::missed; with board heights nothing is compared, because models with different ones cannot be.
+/// @param selection of the fold; may change
 void compare(FoldResult& result, Selection& selection, const State& of_all_data) {
   const std::size_t given = selection.task().given_terms.size();
   result.compared_with = added_effects(of_all_data, given);
   result.missed.clear();
   const auto chosen = [&](const std::string& name) { return contains(result.chosen, name); };
-  if (std::ranges::all_of(result.compared_with, chosen)) return;
+  if (result.state.nuisances.boards || std::ranges::all_of(result.compared_with, chosen)) return;
   if (selection.take_if_better(of_all_data).accepted) result.missed = added_effects(selection.best().state, given);
 }
 
@@ -52,7 +53,8 @@ void compare(FoldResult& result, Selection& selection, const State& of_all_data)
 void compare_again(FoldResult& result, const Design& design, const std::vector<Observations>& data,
                    const std::vector<Term>& model, const Candidates& candidates, const SearchOptions& options,
                    const State& of_all_data) {
-  if (!result.failed.empty() || result.compared_with == added_effects(of_all_data, model.size())) return;
+  if (!result.failed.empty() || result.state.nuisances.boards) return;
+  if (result.compared_with == added_effects(of_all_data, model.size())) return;
   const FoldProblem training(design, data, left_by(result.fold, design.size()), &options.deadline);
   FoldResult compared = result;
   try {
