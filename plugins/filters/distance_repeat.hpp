@@ -13,9 +13,14 @@ namespace tofgraph {
 /// Period of the wrapped distances of a stream, for filters that average them over frames.
 class DistanceRepeat {
  public:
-  /// @param channel the lengths; ranges and depths are assumed to be unwrapped
+  /// Word among the applied stages of a distance that does not repeat at the frame's modulation frequency.
+  static constexpr std::string_view unwrapped = "unwrapped";
+
+  /// @param channel of the lengths; ranges and depths are assumed to be unwrapped
   void prepare(const Setup& setup, std::string_view channel) {
     if (channel != "distance") return;
+    const std::string_view applied = setup.find(channel)->applied;
+    if (applied.find(unwrapped) != std::string_view::npos) return;
     steps_ = physics::exposures_of(setup.exposures());
     if (const tofgraph_camera* camera = setup.stream().camera; camera != nullptr)
       nominal_ = camera->modulation_frequency;

@@ -64,6 +64,7 @@ struct HdrFusion final : Filter {
     flags.provide(setup);
     lengths_.prepare(setup, {image.channel(), "sigma"});
     repeat_.prepare(setup, image.channel());
+    if (by_frequency()) announce_unwrapped(setup);
   }
 
   /// @returns false while the frames of a bracket are being collected
@@ -96,7 +97,7 @@ struct HdrFusion final : Filter {
       const Pixel& p = pixels_[i];
       const bool seen = p.weight > 0;
       double mean = p.reference + p.sum / p.weight;
-      if (p.reference < period_) mean -= period_ * std::floor(mean / period_);  // others are unwrapped
+      if (p.wraps) mean -= period_ * std::floor(mean / period_);  // others may exceed the period: corrected ones
       lengths[i] = seen ? static_cast<float>(mean) : nan;
       deviations[i] = seen ? static_cast<float>(1 / std::sqrt(p.weight)) : nan;
       if (light.data() != nullptr) light[i] = seen ? static_cast<float>(p.rate / p.weight * longest) : nan;
@@ -127,6 +128,14 @@ struct HdrFusion final : Filter {
   };
 
   bool by_frequency() const { return *by == "frequency"; }
+
+  /// Marks the fused distances: they do not repeat at the frequency of the last frame, which the fused frame states.
+  static void announce_unwrapped(const Setup& setup) {
+    tofgraph_channel fused = *setup.find("distance");
+    const std::string applied = std::string(fused.applied) + " hdr_fusion " + std::string(DistanceRepeat::unwrapped);
+    fused.applied = applied.c_str();
+    setup.provide(fused);
+  }
 
   void check_setting(const Setup& setup) const {
     if (!by_frequency()) {
@@ -195,6 +204,7 @@ struct HdrFusion final : Filter {
   struct Pixel {
     double reference = 0, sum = 0, weight = 0, rate = 0;  // m; sums of weight x (length - reference), x counts/s
     std::uint16_t good_flags = 0, all_flags = 0;          // of the frames used; of all
+    bool wraps = false;                                   // a length was shifted by periods
   };
   static constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
@@ -206,7 +216,10 @@ struct HdrFusion final : Filter {
     const double weight = 1 / (double{deviations[i]} * deviations[i]);
     if (p.weight == 0) p.reference = double{lengths[i]};
     double apart = double{lengths[i]} - p.reference;
-    if (period_ > 0) apart = std::remainder(apart, period_);
+    if (period_ > 0 && std::abs(apart) > period_ / 2) {
+      apart = std::remainder(apart, period_);
+      p.wraps = true;
+    }
     p.sum += weight * apart;
     p.weight += weight;
     p.good_flags |= bits[i];

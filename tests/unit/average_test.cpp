@@ -126,10 +126,11 @@ TEST(Average, DistancesAtTheEndOfTheUnambiguousRangeStayThere) {
 }
 
 /// Mean of two frames.
-float mean_of(const std::string& channel, double frequency, float first, float second) {
+float mean_of(const std::string& channel, double frequency, float first, float second,
+              const std::string& applied = {}) {
   Harness stage("average frames=2");
   for (const float length : {first, second}) {
-    stage.put<float>(channel, {1, 1}, {length});
+    stage.put<float>(channel, {1, 1}, {length}, {.applied = applied});
     stage.metadata().modulation_frequency = frequency;
     stage.run();
   }
@@ -145,6 +146,8 @@ TEST(Average, OnlyDistancesOfAKnownRangeWrap) {
   EXPECT_NEAR(mean_of("distance", frequency / 2, 0.02F, 7.48F), 3.75, 1e-6);
   EXPECT_NEAR(mean_of("distance", NAN, 0.02F, 7.48F), 3.75, 1e-6);
   EXPECT_NEAR(mean_of("depth", frequency, 0.02F, 7.48F), 3.75, 1e-6);
+  EXPECT_NEAR(mean_of("distance", frequency, 2.0F, 9.0F, "hdr_fusion unwrapped"), 5.5, 1e-6)
+      << "of several frequencies";
 }
 
 TEST(Average, JoinsFlagsAndAveragesTheAmplitude) {

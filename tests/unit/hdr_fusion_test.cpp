@@ -94,6 +94,7 @@ TEST(HdrFusion, DistancesRepeatAtTheRangeOfTheFrames) {
   EXPECT_NEAR(fused("camcube2", 30e6, 4.990F, 0.004F), (4.990 + range + 0.004) / 2, 1e-5)
       << "the nominal range of the camera is 7.49 m";
   EXPECT_NEAR(fused("camcube2", 15e6, 9.00F, 9.02F), 9.01, 1e-5);
+  EXPECT_NEAR(fused("camcube2", 20e6, 7.49F, 7.53F), 7.51, 1e-5) << "corrected by an offset";
   const std::vector<tofgraph_exposure> exposures = {{0, 80e6}, {2, 80e6}, {4, 80e6}, {0, 16e6}, {2, 16e6}, {4, 16e6}};
   test::Camera several(1, 1, 12.8e-3, 40e-6, {{"lamp", {0, 0, 0}, 1}});
   several.view.exposures = exposures.data();
@@ -150,6 +151,7 @@ TEST(HdrFusion, DistancesOfAlternatingFrequenciesAreUnwrapped) {
   }
   const auto distance = stage.get<float>("distance"), deviation = stage.get<float>("sigma");
   const auto flags = stage.get<std::uint16_t>("flags");
+  EXPECT_EQ(stage.applied("distance"), "hdr_fusion unwrapped") << "later means over frames depend on it";
   for (std::size_t i = 0; i < n; ++i) {
     if (i == 7) {
       EXPECT_EQ(flags[i], saturated | invalid);
