@@ -45,7 +45,10 @@ struct Orient final : Filter {
           "a turn by " + *turn + " deg exchanges width and height, which does not fit the camera: use camera: turned");
     if (swaps() && *camera == "turned" && before.skew != 0)
       throw ConfigError("turn", "by 90 or 270 deg is impossible for a lens with a skew");
-    in_camera_frame_ = !is_moved(setup.find("points")) && !is_moved(setup.find("normals"));
+    for (const char* name : {"points", "normals"}) {
+      const tofgraph_channel* channel = setup.find(name);
+      if (channel != nullptr && is_moved(channel->applied)) in_camera_frame_ = false;
+    }
     for (const tofgraph_channel& channel : setup.channels()) announce(setup, channel);
     if (images_.empty()) throw std::runtime_error("the input has no image of the camera's size");
     if (*camera == "turned") turn_camera(setup);
@@ -92,13 +95,6 @@ struct Orient final : Filter {
     const auto [new_x, new_y] = turned(x, y);
     x = new_x;
     y = new_y;
-  }
-
-  /// Returns whether vectors are given in another frame than the camera's. @param channel null: there is none
-  static bool is_moved(const tofgraph_channel* channel) {
-    const std::string_view applied = channel != nullptr ? channel->applied : "";
-    return applied.find("T_world_camera") != std::string_view::npos ||
-           applied.find("transform") != std::string_view::npos;
   }
 
   void announce(const Setup& setup, const tofgraph_channel& channel) {

@@ -27,8 +27,7 @@ struct PcdWriter final : CloudFile {
 
   void prepare(Setup& setup) {
     prepare_files(setup, ".pcd");
-    if (!viewpoint.given() &&
-        std::string_view(setup.find("points")->applied).find("T_world_camera") != std::string_view::npos) {
+    if (!viewpoint.given() && is_moved(setup.find("points")->applied)) {
       throw ConfigError("viewpoint",
                         "the points were moved by transform, so the camera is no longer at their origin: give its pose "
                         "T_world_camera, x y z in metres and quaternion w x y z, e.g. [0.5, 0, 1, 1, 0, 0, 0]");

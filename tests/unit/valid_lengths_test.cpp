@@ -42,6 +42,13 @@ TEST(ValidPoint, IsFiniteInReachAndNotTheLensItself) {
   }
 }
 
+TEST(ValidPoint, IsMovedByAPoseOrATransform) {
+  for (const char* moved : {"T_world_camera", "point_cloud T_world_camera", "point_cloud transform voxel_grid"})
+    EXPECT_TRUE(is_moved(moved)) << moved;
+  for (const char* optical : {"", "point_cloud", "point_cloud orient normals"})
+    EXPECT_FALSE(is_moved(optical)) << optical;
+}
+
 std::vector<float> scene(float at_some) {
   std::vector<float> image;
   for (std::size_t i = 0; i < pixels; ++i)

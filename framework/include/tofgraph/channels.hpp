@@ -58,14 +58,19 @@ constexpr bool is_length_channel(std::string_view name) {
   return name == "distance" || name == "range" || name == "depth" || name == "points";
 }
 
+/// Returns whether vectors (points, normals) are given in another frame than the camera's, e.g. the world's.
+/// @param applied their processing history, as in tofgraph_channel::applied
+constexpr bool is_moved(std::string_view applied) {
+  return applied.find("T_world_camera") != std::string_view::npos ||
+         applied.find("transform") != std::string_view::npos;
+}
+
 /// Rule for points (x, y, z in m): bounded coordinates. In the optical frame a coordinate is at most max_length and the
 /// origin means no measurement; world coordinates may be as large as those of a map of the Earth.
 class PointRule {
  public:
   /// @param applied processing history of the points, as in tofgraph_channel::applied
-  explicit PointRule(std::string_view applied)
-      : moved_(applied.find("T_world_camera") != std::string_view::npos ||
-               applied.find("transform") != std::string_view::npos) {}
+  explicit PointRule(std::string_view applied) : moved_(is_moved(applied)) {}
   bool is_valid(const float* point) const {
     const float most = moved_ ? max_coordinate : max_length;
     const float x = std::abs(point[0]), y = std::abs(point[1]), z = std::abs(point[2]);
