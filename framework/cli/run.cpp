@@ -146,9 +146,10 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
   if (arguments.untrusted) refuse_outputs_outside(*graph, folder_of(arguments));
   const WrittenFiles files(*graph);
   graph::RunOptions options;
-  if (arguments.frames != 0 || arguments.untrusted)
-    options.frames = arguments.frames != 0 ? arguments.frames : limits.frames;
+  if (arguments.frames != 0) options.frames = arguments.frames;
   options.threads = arguments.threads;
+  graph::Node& source = *graph->nodes().front();
+  if (arguments.untrusted && arguments.frames == 0) source.set_max_frames(limits.frames);
   graph::Runner runner(*graph, options);
   handle_signals();
   graph::RunResult result;
@@ -160,10 +161,7 @@ int run_once(const config::Value& document, const RunArguments& arguments, const
     result.error = fmt::format("stopped after {}, the limit of {}; the frames up to here are complete",
                                config::format_quantity(seconds, "s"),
                                arguments.time_limit.empty() ? "--untrusted" : "--time-limit");
-  const std::uint64_t announced = graph->nodes().front()->output().frames;  // 0: unknown, or endless
-  const bool more = announced == 0 || announced > limits.frames;
-  if (arguments.untrusted && arguments.frames == 0 && more && result.frames + result.dropped >= limits.frames &&
-      result.error.empty())
+  if (source.exceeded_max_frames() && result.error.empty())
     result.error = fmt::format(
         "stopped after {} frames, the limit of --untrusted; the frames up to here are complete\n"
         "         --frames N sets another limit",

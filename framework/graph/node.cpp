@@ -303,6 +303,10 @@ bool Node::process(tofgraph_frame* const* frames, std::size_t count) {
   }
   if (status == TOFGRAPH_STATUS_END && !is_sink()) return false;
   if (status == TOFGRAPH_STATUS_END) throw BrokenPromise("the sink returned END, which only a source or filter may do");
+  if (max_frames_ && frames_made_++ == *max_frames_) {
+    exceeded_max_frames_ = true;
+    return false;
+  }
   tofgraph_frame& frame = *frames[0];
   for (const std::string& alias : aliases_) frame.slot(alias).buffer = {};
   if (output_stream_.own_camera || (is_source() && output().camera)) {  // rays of the outgoing camera

@@ -10,6 +10,8 @@
 #include "graph/parameters.hpp"
 #include "graph/stream.hpp"
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -59,6 +61,10 @@ class Node {
   void set_overwrite(bool allowed);
   /// Validates each call of process() from now on: it fails if the stage violates the contract for a frame.
   void set_validating() { validating_ = true; }
+  /// Ends this source after a number of frames. One more frame is requested from the stage and discarded.
+  void set_max_frames(std::uint64_t count) { max_frames_ = count; }
+  /// True once the stage has produced a frame beyond the maximum.
+  bool exceeded_max_frames() const { return exceeded_max_frames_; }
   bool wants_provenance() const { return instance_.wants_provenance(); }
   void set_provenance(std::function<std::string()> make) { instance_.set_provenance(std::move(make)); }
 
@@ -96,7 +102,9 @@ class Node {
   BufferRef rays_;                    ///< rays of the outgoing camera, if this node chose it
   BadPixels bad_pixels_;              ///< camera's, if this node is a source
   std::vector<std::string> aliases_;  ///< channels for a named port only, not passed on
-  bool overwrite_, validating_ = false, defect_ = false;
+  bool overwrite_, validating_ = false, defect_ = false, exceeded_max_frames_ = false;
+  std::optional<std::uint64_t> max_frames_;  ///< of a source; none: unlimited
+  std::uint64_t frames_made_ = 0;            ///< by a source with a maximum
 };
 
 }  // namespace tofgraph::graph

@@ -3,6 +3,7 @@
 // Slow: Untrusted.EndsWhileItWaitsForAnInput
 // Rooms: cli
 // run --untrusted: limits for pipelines from untrusted sources.
+#include "graph/runner.hpp"
 #include "tests/small_capture.hpp"
 
 #include <gmock/gmock.h>
@@ -107,6 +108,30 @@ TEST_F(Untrusted, LimitsFrames) {
   const tests::Outcome complete = simulate("10000");
   EXPECT_EQ(complete.exit_code, 0) << complete.err;
   EXPECT_THAT(complete.err, HasSubstr("10000 frames in "));
+}
+
+/// Runs a source that does not announce its number of frames, limited to 100 frames.
+/// @returns the number of completed frames, and whether the source had another frame
+std::pair<std::uint64_t, bool> run_limited(std::uint64_t frames) {
+  graph::GraphOptions options;
+  options.plugin_folders = graph::plugin_path({TOFGRAPH_BINARY_DIR "/tests/plugins"});
+  config::Diagnostics diagnostics;
+  const auto built = graph::build_graph(
+      graph::document_of("ramp announced=false frames=" + std::to_string(frames) + " ! make_depth ! null", ""), {},
+      options, diagnostics);
+  if (!diagnostics.ok()) throw config::ConfigurationError(diagnostics);
+  built->nodes().front()->set_max_frames(100);
+  const graph::RunResult result = graph::Runner(*built, {}).run();
+  EXPECT_EQ(result.error, "");
+  EXPECT_EQ(result.nodes.back().frames, result.frames) << "the frame beyond the limit reaches no sink";
+  return {result.frames, built->nodes().front()->exceeded_max_frames()};
+}
+
+TEST(UntrustedSource, ThatAnnouncesNothingMayHaveExactlyTheLimit) {
+  EXPECT_EQ(run_limited(99), std::pair(std::uint64_t{99}, false));
+  EXPECT_EQ(run_limited(100), std::pair(std::uint64_t{100}, false));
+  EXPECT_EQ(run_limited(101), std::pair(std::uint64_t{100}, true));
+  EXPECT_EQ(run_limited(0), std::pair(std::uint64_t{100}, true)) << "endless";
 }
 
 TEST_F(Untrusted, LimitsTime) {
