@@ -28,6 +28,7 @@ template <> inline constexpr std::size_t first_size<tofgraph_camera> = 248;
 template <> inline constexpr std::size_t first_size<tofgraph_port> = 96;
 template <> inline constexpr std::size_t first_size<tofgraph_parameter> = 80;
 template <> inline constexpr std::size_t first_size<tofgraph_extension> = 24;
+template <> inline constexpr std::size_t first_size<tofgraph_light_state> = 320;
 template <> inline constexpr std::size_t first_size<tofgraph_effect> = 48;
 template <> inline constexpr std::size_t first_size<tofgraph_descriptor> = 184;
 template <> inline constexpr std::size_t first_size<tofgraph_host> = 192;

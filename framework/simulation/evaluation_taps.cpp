@@ -3,9 +3,11 @@
 // Sample and tap level: the exposures and the resulting taps.
 #include "simulation/evaluation.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace tofgraph::simulation {
 namespace {
@@ -109,9 +111,16 @@ void Evaluation::expose(Expectation& result) {
     }
   }
   taps = result.taps.data();
+  std::vector<double> removed_counts;
   for (std::size_t e = 0; e < model_.first_readout(); ++e) {
-    if (model_.effects()[e]->level() == TOFGRAPH_LEVEL_TAPS) model_.effects()[e]->apply(*this);
+    if (model_.effects()[e]->level() != TOFGRAPH_LEVEL_TAPS) continue;
+    removed_counts.resize(steps_.size() * n);
+    removed = removed_counts.data();
+    model_.effects()[e]->apply(*this);
   }
+  removed = nullptr;
+  if (std::ranges::any_of(removed_counts, [](double counts) { return counts != 0; }))
+    result.removed = std::move(removed_counts);
   if (model_.has_readout()) {  // readout effects may still set the noise
     std::vector<double> copy = result.taps;
     taps = copy.data();

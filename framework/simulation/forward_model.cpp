@@ -74,6 +74,10 @@ Expectation ForwardModel::expect(const Tracer& tracer, const Acquisition& acquis
     for (std::size_t plane = 0; plane < 2 * exposures_; ++plane)
       std::copy_n(part.taps.begin() + static_cast<std::ptrdiff_t>(plane * strip.size() + from), count,
                   result.taps.begin() + static_cast<std::ptrdiff_t>(plane * n + first * pixels.columns));
+    if (!part.removed.empty()) result.removed.resize(exposures_ * n);
+    for (std::size_t k = 0; k < exposures_ && !part.removed.empty(); ++k)
+      std::copy_n(part.removed.begin() + static_cast<std::ptrdiff_t>(k * strip.size() + from), count,
+                  result.removed.begin() + static_cast<std::ptrdiff_t>(k * n + first * pixels.columns));
     std::copy_n(part.hits.begin() + static_cast<std::ptrdiff_t>(from), count,
                 result.hits.begin() + static_cast<std::ptrdiff_t>(first * pixels.columns));
     result.noise_factor = part.noise_factor;

@@ -39,9 +39,10 @@ Acquisition acquisition_of(const tofgraph_camera& camera, double integration_tim
 
 /// Expected taps before noise and readout.
 struct Expectation {
-  std::vector<double> taps;  ///< P x (A, B) x pixels, counts; NaN outside the lens model
-  double noise_factor = 1;   ///< factor of the noise's standard deviation
-  std::vector<Hit> hits;     ///< at the pixel centres
+  std::vector<double> taps;     ///< P x (A, B) x pixels, counts; NaN outside the lens model
+  std::vector<double> removed;  ///< P x pixels, counts taken from each tap whose shot noise remains; empty: none
+  double noise_factor = 1;      ///< factor of the noise's standard deviation
+  std::vector<Hit> hits;        ///< at the pixel centres
 };
 
 class ForwardModel {

@@ -33,9 +33,11 @@ Frames::Frames(const ForwardModel& model, const Tracer& tracer, const Acquisitio
   deviation_.assign(2 * exposures() * n, 0);
   if (noisy_) {
     const double read = noise.read_noise * noise.read_noise;
-    std::ranges::transform(expectation.taps, deviation_.begin(), [&](double counts) {
-      return static_cast<float>(expectation.noise_factor * std::sqrt(read + noise.shot_noise * std::max(counts, 0.0)));
-    });
+    for (std::size_t at = 0; at < deviation_.size(); ++at) {
+      const double removed = expectation.removed.empty() ? 0 : expectation.removed[at / (2 * n) * n + at % n];
+      const double light = std::max(expectation.taps[at] + removed, 0.0);
+      deviation_[at] = static_cast<float>(expectation.noise_factor * std::sqrt(read + noise.shot_noise * light));
+    }
   }
   if (from_taps_) return;
   sample_mean_.resize(exposures() * n);

@@ -8,7 +8,7 @@
 namespace tofgraph {
 
 /// A, B += rate t_int / 2 if `ambient` is not dark and the lens is open; above `suppression` the common part of a
-/// pixel's taps is subtracted from both.
+/// pixel's taps is subtracted from both. The shot noise is that of all light, including the subtracted part.
 struct AmbientLight final : Effect {
   static constexpr EffectInfo info{
       .touches = "intensity variance null1",
@@ -44,9 +44,7 @@ struct AmbientLight final : Effect {
     if (suppression.keyword() == "none") return;
     for (std::size_t k = 0; k < light.exposures(); ++k) {
       for (std::size_t i = 0; i < light.points(); ++i) {
-        const double excess = std::max(0.0, (light.a(k, i) + light.b(k, i)) / 2 - *suppression);
-        light.a(k, i) -= excess;
-        light.b(k, i) -= excess;
+        light.remove(k, i, std::max(0.0, (light.a(k, i) + light.b(k, i)) / 2 - *suppression));
       }
     }
   }

@@ -147,6 +147,46 @@ TEST(TemporalNoise, MultipliesTheDeviationOfWhatIsRecorded) {
   EXPECT_EQ(recorded("{effect: temporal_noise, factor: 0}", "10 ms").variance, 0);
 }
 
+/// The variance is that of the light without suppression, in the taps and in the samples drawn directly.
+TEST(AmbientLight, SuppressedLightKeepsItsShotNoise) {
+  constexpr double read = 3, shot_noise = 0.012;
+  constexpr std::size_t exposures = 4;
+  View view;
+  view.acquisition.condition.ambient = "lamp";
+  const Tracer board = board_tracer(camcube().focal_length, view.board);
+  const Pixels all = whole_image(camcube());
+  const std::size_t n = all.size();
+  const std::string lamp = "{effect: ambient_light, rate: 1e7 counts/s, suppression: ";  // 10000 counts per tap
+  const ForwardModel model(camcube(), true, effects(lamp + "1500 counts}", camcube()));
+  const ForwardModel unsuppressed(camcube(), true, effects(lamp + "none}", camcube()));
+  const std::vector<double> mean = model.expect(board, view.acquisition, all).taps,
+                            light = unsuppressed.expect(board, view.acquisition, all).taps;
+  const auto variance = [&](std::size_t at) { return read * read + shot_noise * light[at]; };
+  const Frames by_samples(model, board, view.acquisition, all, {read, shot_noise}, {7, 0});
+  const Frames by_taps(model, board, view.acquisition, all, {read, shot_noise}, {7, 1}, true);
+  std::vector<float> phases(exposures * n);
+  by_samples.phases(0, phases.data());
+  std::vector<std::uint16_t> taps(2 * exposures * n);
+  by_taps.taps(0, taps.data());
+  Images images;
+  for (std::size_t k = 0; k < exposures; ++k) {
+    std::vector<double>& image = images.emplace_back(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t a = 2 * k * n + i, b = a + n;
+      image[i] = (double{phases[k * n + i]} - (mean[a] - mean[b])) / std::sqrt(variance(a) + variance(b));
+    }
+  }
+  for (std::size_t plane = 0; plane < 2 * exposures; ++plane) {
+    std::vector<double>& image = images.emplace_back(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t at = plane * n + i;
+      EXPECT_LT(mean[at], 5000);
+      image[i] = (static_cast<double>(taps[at]) - mean[at]) / std::sqrt(variance(at) + 1.0 / 12);
+    }
+  }
+  expect_standard(images);
+}
+
 TEST(Frames, DecodeTheDistanceFromAnyExposures) {
   const std::vector<Exposures> sets = {steps({0, 90, 180, 270}, {30e6}), steps({0, 270, 180, 90}, {30e6}),
                                        steps({0, 120, 240}, {30e6}), nine(), three()};

@@ -75,6 +75,7 @@ typedef struct tofgraph_light_state {
   /* taps: P x (A, B) x points, counts */
   double* taps;
   double noise_factor; /* factor on the standard deviation */
+  double* removed;     /* P x points: counts taken from each tap that leave their shot noise behind; null: not kept */
 } tofgraph_light_state;
 
 /** Data of the extension. Words are separated by blanks; all strings except touches may be "" or null. */

@@ -22,6 +22,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <cstddef>
 
 namespace tofgraph {
 
@@ -132,6 +133,13 @@ struct TapsLevel : LightState {
   double& a(std::size_t k, std::size_t i) const { return state.taps[2 * k * points() + i]; }
   double& b(std::size_t k, std::size_t i) const { return state.taps[(2 * k + 1) * points() + i]; }
   std::span<double> all() const { return {state.taps, 2 * exposures() * points()}; }
+  /// Takes these counts from both taps of a pixel, after their shot noise arose.
+  void remove(std::size_t k, std::size_t i, double counts) const {
+    a(k, i) -= counts;
+    b(k, i) -= counts;
+    const bool kept = state.size > offsetof(tofgraph_light_state, removed) && state.removed != nullptr;
+    if (kept) state.removed[k * points() + i] += counts;
+  }
 };
 /// Taps with noise, as read out.
 struct ReadoutLevel : TapsLevel {
