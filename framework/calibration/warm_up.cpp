@@ -23,6 +23,17 @@ constexpr double significant = 3;         ///< standard deviations
 
 std::string minutes(double seconds) { return fmt::format("{:.2f} min", seconds / 60); }
 
+constexpr const char* sd_not_determined = " (standard deviation not determined)";
+
+std::string minutes(const Estimate& e) {
+  return minutes(e.value) + (std::isfinite(e.sd) ? " +- " + minutes(e.sd) : sd_not_determined);
+}
+
+std::string millimetres(const Estimate& e) {
+  return std::isfinite(e.sd) ? fmt::format("{:.2f} +- {:.2f} mm", e.value * 1e3, e.sd * 1e3)
+                             : fmt::format("{:.2f} mm{}", e.value * 1e3, sd_not_determined);
+}
+
 /// Mean of values, weighted by their inverse variances.
 Estimate weighted(const std::vector<Estimate>& all) {
   double weights = 0, sum = 0;
@@ -74,8 +85,8 @@ void check_long_enough(const Request& request, const WarmUpData& data, const std
   }
   const Series& s = data.series[clearest];
   const double interval = s.span() / static_cast<double>(s.points.size() - 1);
-  refuse(fmt::format("{} since power-on are too short for a time constant: {} +- {}", minutes(s.span()),
-                     minutes(drifts[clearest].time_constant.value), minutes(drifts[clearest].time_constant.sd)),
+  refuse(fmt::format("{} since power-on are too short for a time constant: {}", minutes(s.span()),
+                     minutes(drifts[clearest].time_constant)),
          std::max(sufficient_span(drifts[clearest], interval), 1.5 * s.span()));
 }
 
@@ -199,12 +210,12 @@ std::vector<std::string> summary_of(const WarmUpData& data, const std::vector<Dr
     }
     std::string slow;
     if (d.has_slow())
-      slow = fmt::format(" and {:.2f} +- {:.2f} mm with {}", d.slow_drift.value * 1e3, d.slow_drift.sd * 1e3,
-                         minutes(d.slow_time_constant.value));
-    lines.push_back(fmt::format("{}: drift {:.2f} +- {:.2f} mm, time constant {} +- {}{}; within {} after {}", where,
-                                d.drift.value * 1e3, d.drift.sd * 1e3, minutes(d.time_constant.value),
-                                minutes(d.time_constant.sd), slow, format_quantity(tolerance, "m"),
-                                minutes(settled_after(d, tolerance, s.time(s.points.size() - 1)))));
+      slow = fmt::format(" and {} with {}", millimetres(d.slow_drift), minutes(d.slow_time_constant.value));
+    const double settled = settled_after(d, tolerance, s.time(s.points.size() - 1));
+    lines.push_back(fmt::format(
+        "{}: drift {}, time constant {}{}; {}", where, millimetres(d.drift), minutes(d.time_constant), slow,
+        std::isfinite(settled) ? fmt::format("within {} after {}", format_quantity(tolerance, "m"), minutes(settled))
+                               : "the settling time is not determined"));
   }
   return lines;
 }

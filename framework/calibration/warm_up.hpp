@@ -72,7 +72,8 @@ Drift fit_drift(const std::vector<double>& times, const std::vector<double>& dis
 Estimate fit_droop(const std::vector<double>& times, const std::vector<double>& amplitudes, double time_constant);
 /// Recording time, at the same frame interval and noise, that determines the time constant to 10 %; s.
 double sufficient_span(const Drift& drift, double interval);
-/// Time after which the fit stays within a tolerance of its final distance; s; NaN: the drift is not significant.
+/// Time after which the fit stays within a tolerance of its final distance; s; NaN: the drift is not significant or
+/// does not determine its time constant.
 /// @param end s, of the recording
 double settled_after(const Drift& drift, double tolerance, double end);
 

@@ -263,7 +263,7 @@ double sufficient_span(const Drift& drift, double interval) {
 }
 
 double settled_after(const Drift& drift, double tolerance, double end) {
-  if (!drift.seen) return unknown;
+  if (!drift.seen || !std::isfinite(drift.time_constant.sd)) return unknown;
   constexpr int steps = 20000;
   const double slow = drift.has_slow() ? drift.slow_drift.value : 0;
   const double last = drift.start.value + drift.drift.value + slow;

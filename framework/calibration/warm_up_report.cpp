@@ -21,7 +21,7 @@ using config::format_quantity;
 /// Text with the number of digits justified by the uncertainty.
 std::string estimate(const Estimate& e, double scale) {
   if (!std::isfinite(e.value)) return "-";
-  if (!std::isfinite(e.sd)) return fmt::format("{:.3g}, undetermined", e.value * scale);
+  if (!std::isfinite(e.sd)) return fmt::format("{:.3g} (sd not determined)", e.value * scale);
   const int leading = physics::to_integer(std::floor(std::log10(std::max(e.sd * scale, 1e-9))), 0);
   const int digits = std::clamp(1 - std::clamp(leading, -9, 9), 0, 5);
   return fmt::format("{:.{}f} +- {:.{}f}", e.value * scale, digits, e.sd * scale, digits);
@@ -189,7 +189,7 @@ class WarmUpReport {
     page_.table(header, rows);
     page_.paragraph(
         "Time from which the fitted distance stays that close to its final value, which may be reached after the "
-        "recording; '-': the drift is not significant.");
+        "recording; '-': the drift is not significant, or its time constant is not determined.");
   }
 
   void add_model(const WarmUpModel& m) {

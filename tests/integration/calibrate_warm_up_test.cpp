@@ -341,6 +341,28 @@ TEST_F(WarmUp, ASeriesLongAfterPowerOnHasNoUncertainty) {
       << outcome.out << outcome.err;
 }
 
+/// The second recording drifts by 5 mm in half an hour, 40 h after power-on, where the exponentials of the fit are
+/// flat.
+TEST_F(WarmUp, ADriftLongAfterPowerOnSaysThatItsUncertaintyIsNotDetermined) {
+  record("a.h5", {10e-3, 3.0, 10 * mm, 12 * minute}, 2 * hour, minute, 3 * mm);
+  std::vector<double> late;
+  for (int k = 0; k <= 30; ++k) late.push_back(40 * hour + k * minute);
+  const double drift = 10, tau = 1000 * hour;
+  record_at("b.h5", {5e-3, 3.0 - drift * warm(40 * hour, tau), 0, 12 * minute, drift, tau}, late, 3 * mm);
+  campaign({"a.h5", "b.h5"});
+  const Outcome outcome = run("calibrate warm-up campaign.yaml -o w.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string text = outcome.out + outcome.err;
+  EXPECT_NE(text.find(" mm (standard deviation not determined), time constant "), std::string::npos) << text;
+  EXPECT_NE(text.find(" min (standard deviation not determined); the settling time is not determined"),
+            std::string::npos)
+      << text;
+  EXPECT_EQ(text.find("+- inf"), std::string::npos) << text;
+  const std::string report = read_text(folder.path() / "w.html");
+  EXPECT_NE(report.find("(sd not determined)"), std::string::npos);
+  EXPECT_EQ(report.find("+- inf"), std::string::npos);
+}
+
 TEST_F(WarmUp, ATimeThatNobodyKnowsIsAnError) {
   record("a.h5", {10e-3, 3.0, 10 * mm, 15 * minute}, 30 * minute, minute, 3 * mm, 0, false);
   campaign({"a.h5"});
