@@ -25,6 +25,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -85,7 +86,8 @@ std::string slurm_memory(double bytes) {
 struct Plan {
   std::size_t conditions = 0, shards = 1;
   TaskCost cost;
-  double bytes = 0;  ///< of all captures
+  double bytes = 0;            ///< of all captures
+  std::string profile_sha256;  ///< of the camera's profile
 };
 
 Plan plan_of(const BatchArguments& arguments, const fs::path& out) {
@@ -97,6 +99,7 @@ Plan plan_of(const BatchArguments& arguments, const fs::path& out) {
         fmt::format("{}: error: is a table of means, which diagnose reads in seconds", arguments.campaign));
   Plan plan;
   plan.conditions = campaign.conditions.size();
+  plan.profile_sha256 = io::sha256_of_file(campaign.camera->file);
   for (const io::Condition& c : campaign.conditions) plan.bytes += static_cast<double>(fs::file_size(c.capture));
   plan.cost = measured_cost(arguments, plan.conditions, out / "measure");
   const double all = plan.cost.seconds * plan.bytes / plan.cost.bytes;
@@ -116,6 +119,17 @@ std::string identity_text(const BatchArguments& a, const Plan& plan) {
                      a.confidence);
 }
 
+constexpr std::string_view profile_assignment = "PROFILE_SHA256=";
+
+/// Returns whether results of the job with these assignments belong to another job. Jobs of earlier versions do not
+/// state the camera's profile.
+bool is_other_job(const std::string& before, const BatchArguments& a, const Plan& plan) {
+  const std::size_t profile = before.find(profile_assignment);
+  return before.find(identity_text(a, plan)) == std::string::npos ||
+         (profile != std::string::npos &&
+          before.compare(profile + profile_assignment.size(), plan.profile_sha256.size(), plan.profile_sha256) != 0);
+}
+
 /// Assignments read by all scripts.
 std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path& out) {
   const auto path = [](const fs::path& file) { return in_shell(fs::absolute(file).lexically_normal().string()); };
@@ -132,7 +146,8 @@ std::string plan_text(const BatchArguments& a, const Plan& plan, const fs::path&
   std::string plugins;
   for (const fs::path& folder : a.plugin_path) plugins += path(folder) + ":";
   if (!plugins.empty()) text += fmt::format("export TOFGRAPH_PLUGIN_PATH={}\"$TOFGRAPH_PLUGIN_PATH\"\n", plugins);
-  text += identity_text(a, plan) + fmt::format("THREADS={}\n", a.threads);
+  text +=
+      identity_text(a, plan) + fmt::format("{}{}\nTHREADS={}\n", profile_assignment, plan.profile_sha256, a.threads);
   text += fmt::format(
       "# Limits: {:.0f} times the expected time and {:.0f} times the expected memory; environment.sh may "
       "set others.\n",
@@ -187,12 +202,11 @@ int make_job(const BatchArguments& arguments) {
   if (!fs::is_regular_file(arguments.model))
     throw config::ConfigurationError(fmt::format("--model: error: there is no file {}", arguments.model));
   const Plan plan = plan_of(arguments, out);
-  const std::string identity = identity_text(arguments, plan);
-  if (fs::exists(out / "plan.sh") && text_of(out / "plan.sh").find(identity) == std::string::npos)
-    throw config::ConfigurationError(
-        fmt::format("--out: error: the job in {} is of another campaign, model, number of tasks or of cases, as its "
-                    "plan.sh states\n         give another folder, or remove this one",
-                    out.string()));
+  if (fs::exists(out / "plan.sh") && is_other_job(text_of(out / "plan.sh"), arguments, plan))
+    throw config::ConfigurationError(fmt::format(
+        "--out: error: the job in {} is of another campaign, model, number of tasks or of cases, or the "
+        "camera's profile has changed, as its plan.sh states\n         give another folder, or remove this one",
+        out.string()));
   fs::create_directories(out / "log");
   const fs::path templates = config::template_folder() / "batch";
   for (const auto& [from, to] : {std::pair<std::string, std::string>{"task.sh", "task.sh"},

@@ -8,6 +8,7 @@
 #include "io/captures/capture.hpp"
 #include "io/captures/repair.hpp"
 #include "io/output_file.hpp"
+#include "io/profile.hpp"
 #include "recording/guide.hpp"
 
 #include <fmt/format.h>
@@ -257,11 +258,8 @@ recording::GuideOptions guide_options(const RecordArguments& arguments, const re
                                       std::atomic<std::uint64_t>& lost_frames) {
   recording::GuideOptions options;
   options.camera = arguments.camera;
-  if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube")) {
-    const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
-    std::error_code error;
-    options.camera.profile = fs::is_regular_file(beside, error) ? beside.string() : plan.campaign.camera_name;
-  }
+  if (options.camera.profile.empty() && options.camera.spec.starts_with("camcube"))
+    options.camera.profile = io::camera_name_in(*plan.campaign.camera_value, fs::current_path());
   options.graph = graph_options(arguments, lost_frames);
   options.frames = arguments.frames;
   options.still = arguments.still;

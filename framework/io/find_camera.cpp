@@ -69,4 +69,18 @@ io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagno
   }
 }
 
+std::string camera_name_in(const config::Value& name, const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  const auto is_path = [](const std::string& text) {
+    return text.find('/') != std::string::npos || text.ends_with(".yaml");
+  };
+  if (!is_path(name.text)) return name.text;
+  fs::path file = fs::absolute(config::path_at(name.text, name.at)).lexically_normal();
+  if (!file.has_filename()) file = file.parent_path();
+  // Without symbolic links, because '..' after a link leads out of the folder that it points to.
+  const fs::path real = fs::weakly_canonical(file.parent_path()) / file.filename();
+  const std::string text = real.lexically_proximate(fs::weakly_canonical(fs::absolute(folder))).generic_string();
+  return is_path(text) ? text : "./" + text;
+}
+
 }  // namespace tofgraph::io

@@ -26,6 +26,10 @@ io::CameraPtr read_profile(const config::Value& document, config::Diagnostics& d
 /// including missing and changed files of the folder; null if there are any.
 io::CameraPtr find_camera(const config::Value& name, config::Diagnostics& diagnostics);
 
+/// Camera named by a document, as written in a document in another folder: a name is kept, a path to a profile or to a
+/// camera's folder becomes relative to that folder.
+std::string camera_name_in(const config::Value& name, const std::filesystem::path& folder);
+
 /// Reads a profile by name or path. @throws config::ConfigurationError with all errors.
 io::CameraPtr load_profile(const std::filesystem::path& file);
 

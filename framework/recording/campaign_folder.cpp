@@ -76,15 +76,6 @@ std::string serial_of(const io::CaptureHeader& header) {
   return source != provenance.end() && source->is_object() ? source->value("serial", "") : "";
 }
 
-/// Reference to the plan's camera in a file of this folder: a name is kept, a path becomes relative to the folder.
-std::string camera_name_in(const Plan& plan, const fs::path& folder) {
-  const fs::path beside = fs::absolute(plan.file).parent_path() / plan.campaign.camera_name;
-  std::error_code error;
-  return fs::is_regular_file(beside, error)
-             ? fs::proximate(fs::weakly_canonical(beside), fs::weakly_canonical(folder)).generic_string()
-             : plan.campaign.camera_name;
-}
-
 }  // namespace
 
 CampaignFolder::CampaignFolder(const Plan& plan, fs::path folder, CameraIdentity camera, std::uint64_t frames)
@@ -174,7 +165,7 @@ void CampaignFolder::keep(std::size_t condition) {
 
 void CampaignFolder::write() const {
   io::Campaign campaign = plan_.campaign;
-  campaign.camera_name = camera_name_in(plan_, folder_);
+  campaign.camera_name = io::camera_name_in(*plan_.campaign.camera_value, folder_);
   campaign.conditions.clear();
   std::vector<std::int64_t> starts;
   for (const auto& [index, facts] : captures_) starts.push_back(facts.start_ns);

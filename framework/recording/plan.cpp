@@ -20,6 +20,7 @@ void take_scene(const config::Value& document, Plan& plan, config::Diagnostics& 
   if (!diagnostics.ok()) return;
   plan.campaign.name = scene.name;
   plan.campaign.camera = scene.camera;
+  plan.campaign.camera_value = scene.document.find("camera")->value;
   plan.campaign.camera_name = simulation::camera_name_in(scene, std::filesystem::absolute(plan.file).parent_path());
   plan.campaign.pattern = simulation::pattern_of(scene);
   plan.frames = static_cast<std::uint64_t>(scene.frames);

@@ -9,6 +9,7 @@
 #include "io/captures/condition_statistics.hpp"
 #include "io/captures/statistics_file.hpp"
 #include "io/output_file.hpp"
+#include "io/profile.hpp"
 #include "io/sha256.hpp"
 #include "reduction/shard_records.hpp"
 
@@ -245,10 +246,7 @@ class Merge {
       refuse(fmt::format("{} states {} conditions, the campaign has {}", records_.front().file.string(), found_.size(),
                          campaign.conditions.size()),
              again(records_.front()));
-    const fs::path profile = records_.front().campaign.parent_path() / campaign.camera_name;
-    if (fs::is_regular_file(profile))
-      campaign.camera_name =
-          profile.lexically_normal().lexically_proximate(fs::absolute(out).lexically_normal()).generic_string();
+    campaign.camera_name = io::camera_name_in(*campaign.camera_value, out);
     for (const auto& [index, from] : found_) {
       const fs::path source = statistics_path(from.folder, from.condition->key);
       campaign.conditions[index].capture = statistics_path(out, from.condition->key);

@@ -92,4 +92,23 @@ TEST_F(Batch, KeepsAFolderToOneJob) {
   EXPECT_THAT(read_text(home() / "kept/task.sh"), HasSubstr("reduce"));
 }
 
+TEST_F(Batch, KeepsAFolderToOneProfile) {
+  fs::create_directory(home() / "own");
+  fs::create_directory_symlink(home() / "c/captures", home() / "own/captures");
+  done("sed 's/^camera: .*/camera: .\\/my.yaml/' c/campaign.yaml > own/campaign.yaml");
+  const auto profile = [](const std::string& more) {
+    write_text(home() / "own/my.yaml", read_text(TOFGRAPH_SOURCE_DIR "/devices/profiles/camcube2.yaml") + more);
+  };
+  std::string command = batch("local", "profiled") + " --force";
+  command.replace(command.find("c/campaign"), 10, "own/campaign");
+  profile("");
+  done(command);
+  profile("# changed\n");
+  const Outcome changed = run(command);
+  EXPECT_EQ(changed.exit_code, 2);
+  EXPECT_THAT(changed.err, HasSubstr("or the camera's profile has changed, as its plan.sh states"));
+  done("sed -i '/^PROFILE_SHA256=/d' profiled/plan.sh");  // a job of an earlier version
+  done(command);
+}
+
 }  // namespace

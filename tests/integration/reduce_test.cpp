@@ -63,6 +63,20 @@ TEST_F(Reduce, SameReportOfConditionsThatShareACapture) {
               HasSubstr("now 'frames 1 to 2', then 'frames 2 to 2'"));
 }
 
+/// The folder of a device, and the name of a profile that is also that of a file beside the campaign.
+TEST_F(Reduce, StatisticsInAnotherFolderHaveTheCameraOfTheCampaign) {
+  done("$TOFGRAPH camera new lab --profile camcube2 --folder lab");
+  for (const auto& [camera, expected] :
+       {std::pair<std::string, std::string>{"../lab", "\"../../lab\""}, {"camcube2", "camcube2"}}) {
+    copy("c", "device");
+    write_text(home() / "device/camcube2", "");
+    done("sed -i 's|^camera: .*|camera: " + camera + "|' device/campaign.yaml");
+    done("$TOFGRAPH reduce device/campaign.yaml -o nested/device_s --quiet");
+    EXPECT_THAT(read_text(home() / "nested/device_s/campaign.yaml"), HasSubstr("camera: " + expected + "\n"));
+    done("$TOFGRAPH check nested/device_s/campaign.yaml");
+  }
+}
+
 /// Calibrations of boards use the sums of every pixel: bit-identical results, apart from the list of inputs.
 TEST_F(Reduce, SameCalibrationsFromStatisticsAsFromCaptures) {
   const auto values = [](const std::string& file) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "simulation/files/sequence.hpp"
 
+#include "io/profile.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -198,14 +200,7 @@ std::optional<io::Pattern> pattern_of(const SceneFile& scene) {
 }
 
 std::string camera_name_in(const SceneFile& scene, const fs::path& folder) {
-  const Value& name = scene.document.find("camera")->value;
-  const bool is_path = name.text.find('/') != std::string::npos || name.text.ends_with(".yaml");
-  if (!is_path) return name.text;
-  const fs::path here = fs::absolute(folder).lexically_normal();
-  return fs::absolute(config::path_at(name.text, name.at))
-      .lexically_normal()
-      .lexically_proximate(here)
-      .generic_string();
+  return io::camera_name_in(scene.document.find("camera")->value, folder);
 }
 
 }  // namespace tofgraph::simulation
