@@ -68,7 +68,8 @@ int pose(const PoseArguments& arguments) {
   try {
     found = calibration::pose_of(campaign);
   } catch (const std::runtime_error& problem) {
-    throw std::runtime_error(fmt::format("{}: {}", arguments.capture, problem.what()));
+    const std::string text = problem.what(), file = arguments.capture + ": ";
+    throw std::runtime_error(text.starts_with(file) ? text : file + text);
   }
   constexpr double degrees = 180 / std::numbers::pi;
   if (!arguments.quiet)

@@ -159,6 +159,10 @@ TEST_F(PoseCommand, SaysWhatIsWrong) {
   EXPECT_EQ(unknown.exit_code, 2) << unknown.err;
   EXPECT_NE(unknown.err.find("--camera:1:1: error: there is no camera profile 'nobody'"), std::string::npos)
       << unknown.err;
+  const Outcome absent =
+      run("pose none.h5 --camera camcube2 --pattern '{type: chessboard, columns: 8, rows: 6, square: 30 mm}'");
+  EXPECT_EQ(absent.exit_code, 1) << absent.err;
+  EXPECT_NE(absent.err.find("error: none.h5: there is no such file"), std::string::npos) << absent.err;
   write_text(
       folder.path() / "twice.yaml",
       "pipeline: 1\ncamera: camcube2\nnodes:\n  - {stage: simulator}\n  - {stage: four_phase_decoder}\n  - {stage: "

@@ -112,8 +112,9 @@ class Frames(Folder):
         source = tg.stage.simulator(frames=0)  # also endless
         with self.assertRaisesRegex(ValueError, "capacity is 0"):
             next(tg.Pipeline([source], "camcube2").frames(capacity=0))
-        frames = tg.Pipeline([source], "camcube2").frames(count=4)
-        self.assertEqual(len(list(frames)), 4)
+        for capacity in 1, 2, 3:  # the run waits while the queue is full, and is woken when half of it is free
+            frames = tg.Pipeline([source], "camcube2").frames(count=9, capacity=capacity)
+            self.assertEqual([frame.number for frame in frames], list(range(9)))
 
 
 class Clouds(unittest.TestCase):

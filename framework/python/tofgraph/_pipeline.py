@@ -123,7 +123,7 @@ class Pipeline:
         @param node name of the node; default: the last that is not a sink
         @param count maximum number of frames; 0: all
         @param threads that work on frames; 0: one per core
-        @param capacity frames that may wait for Python
+        @param capacity frames that may wait for Python; at this number the run waits until half of them are read
         @throws ConfigurationError, and RunError at the frame where the run failed
         """
         if capacity < 1:
