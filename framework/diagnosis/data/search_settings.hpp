@@ -282,7 +282,7 @@ struct SearchSettings {
   /// share of conditions that remain without a session, at least | | chosen
   double min_left_by_session = 0.25;
   /// share of folds that support an effect, at least | to the nearest whole fold | chosen
-  double min_chosen_fraction = 0.8;
+  double min_supporting_fraction = 0.8;
   /// change by an effect that may end cross-fitting early, at least | chi-square | chosen: 5 sd, as blind_below
   double min_harm_chi_square = 25;
   /// growth of held-out gap, at most | | chosen

@@ -30,14 +30,6 @@ std::optional<double> fitted_contrast(const Problem& problem, const State& state
   return has_contrast(problem.nuisances) ? std::optional(log_lower_contrast(problem, state)) : std::nullopt;
 }
 
-/// Effects that a model adds to the given one, ascending.
-std::vector<std::string> added_effects(const State& model, std::size_t given) {
-  std::vector<std::string> names;
-  for (std::size_t t = given; t < model.terms.size(); ++t) names.push_back(model.terms[t].candidate->name());
-  std::ranges::sort(names);
-  return names;
-}
-
 /// Sets FoldResult::missed; with board heights nothing is compared, because models with different ones cannot be.
 /// @param selection of the fold; may change
 void compare(FoldResult& result, Selection& selection, const State& of_all_data) {
@@ -184,6 +176,13 @@ CrossFit cross_fit(const std::vector<Fold>& folds, const Design& design, const s
   result.time_expired = std::erase_if(result.folds, [](const FoldResult& fold) { return fold.time_expired; }) > 0;
   result.complete = result.folds.size() == folds.size();
   return result;
+}
+
+std::vector<std::string> added_effects(const State& model, std::size_t given) {
+  std::vector<std::string> names;
+  for (std::size_t t = given; t < model.terms.size(); ++t) names.push_back(model.terms[t].candidate->name());
+  std::ranges::sort(names);
+  return names;
 }
 
 void compare_folds(std::span<FoldResult> folds, const Design& design, const std::vector<Observations>& data,

@@ -139,6 +139,9 @@ std::vector<std::size_t> left_by(const Fold& fold, std::size_t conditions);
 
 // ---- Selections without these conditions ----
 
+/// Names of the effects that a model adds to the given one, ascending. @param given number of terms of the given one
+std::vector<std::string> added_effects(const State& model, std::size_t given);
+
 struct FoldResult {
   Fold fold;
   std::vector<std::string> chosen = {};  ///< added effects
@@ -168,7 +171,7 @@ constexpr bool is_gap_worse(double before, double after) {
 
 /// Number of folds that must support an effect: a share, to the nearest whole number.
 inline std::size_t min_folds_supporting(std::size_t folds) {
-  return static_cast<std::size_t>(std::lround(settings.min_chosen_fraction * static_cast<double>(folds)));
+  return static_cast<std::size_t>(std::lround(settings.min_supporting_fraction * static_cast<double>(folds)));
 }
 
 struct CrossFit {

@@ -228,8 +228,7 @@ bool EffectTests::follow_folds() {
   Selection& selection = findings_.selection;
   const std::size_t given = findings_.given_terms().size();
   for (State& state : models_with_agreed_effects(findings_.result.cross_fit, selection.best().state, given)) {
-    std::vector<std::string> names;
-    for (std::size_t t = given; t < state.terms.size(); ++t) names.push_back(state.terms[t].candidate->name());
+    const std::vector<std::string> names = added_effects(state, given);
     const auto [bic_fall, better] = selection.take_if_better(std::move(state));
     findings_.note(
         {"followed", names, {{"bic_fall", bic_fall}}, better ? "better than what all data led to" : "not better"});

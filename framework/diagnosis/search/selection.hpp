@@ -229,7 +229,8 @@ class Selection {
     bool accepted = false;
   };
   /// Fits another set of effects, such as one found without some of the conditions or with more of them, and accepts it
-  /// if it is better by settings.min_bic_gain. @param other its reflectivities and nuisances are not used
+  /// if it is better by settings.min_bic_gain; additions that are not worth their parameters are then removed.
+  /// @param other its reflectivities and nuisances are not used
   Comparison take_if_better(State other);
   /// Fit of another model with the grid bias of every pixel and the nuisances of the best one; nothing is stored.
   /// @throws simulation::EffectError
